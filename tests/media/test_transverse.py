@@ -7,7 +7,7 @@ import flatpunch as fp
 from flatpunch.files.cases import CaseError
 from flatpunch.fit import ForwardModel
 from flatpunch.media import paths
-from flatpunch.media.transverse import Plane, plane_of, plane_slopes
+from flatpunch.media.transverse import Plane, constants_of, plane_of, plane_slopes
 from support.propagators import random_material
 
 CASE = """
@@ -76,7 +76,7 @@ def test_unstable_stiffnesses_are_refused_exactly_where_the_tensor_is_not_positi
 
 def test_slopes_of_the_coefficients():
     body = fp.TransverselyIsotropicHalfSpace(*random_material(np.random.default_rng(1)))
-    for name, slope in plane_slopes(body).items():
+    for name, slope in plane_slopes(constants_of(body)).items():
         step = 1e-6 * getattr(body, name)
         ends = [paths.with_values(body, None, {f"base.{name}": getattr(body, name) + s * step})[0] for s in (1, -1)]
         difference = (np.array(plane_of(ends[0])) - np.array(plane_of(ends[1]))) / (2 * step)

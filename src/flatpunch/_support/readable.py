@@ -1,7 +1,8 @@
 """How objects show themselves: one line as `repr`, a table with units as `str` and in notebooks.
 
 `readable` gives a dataclass all three. A class whose table is not simply its fields defines `_table_`, which returns a `Table`;
-one whose line is not simply its constructor defines `_line_`.
+one whose line is not simply its constructor defines `_line_`; one that has some fields in some cases only names those that it has not
+in `_absent_`.
 """
 
 from __future__ import annotations
@@ -137,7 +138,8 @@ def quantity_of(name: str, value: object) -> str:
 
 def _fields(thing: object) -> list[dataclasses.Field[object]]:
     assert dataclasses.is_dataclass(thing)
-    return [field for field in dataclasses.fields(thing) if field.repr]
+    absent = getattr(thing, "_absent_", ())
+    return [field for field in dataclasses.fields(thing) if field.repr and field.name not in absent]
 
 
 def _short(value: object) -> str:

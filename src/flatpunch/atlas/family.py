@@ -204,7 +204,7 @@ def find_exponential_coating(medium: Body) -> Mapping[str, float] | None:
 
 def _find_graded(medium: Body, law: type) -> Mapping[str, float] | None:
     found = _only_layer(medium, GradedLayer, HalfSpace, bonded=True)
-    if found is None or not isinstance(found[0].young, law):
+    if found is None or found[0].anisotropic or not isinstance(found[0].young, law):
         return None
     layer, base = found
     top, bottom = layer.young_at(np.array([0.0, layer.thickness]))

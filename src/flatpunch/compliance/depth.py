@@ -17,24 +17,21 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
-from flatpunch.compliance.layered import SATURATION, depth_functions, sagittal_system, shear_modulus, yielding
-from flatpunch.compliance.stack import Body, PlaneAt, plane_at
-from flatpunch.compliance.transverse import Sheet, Solid
-from flatpunch.media import (
-    ElasticBase,
-    GradedLayer,
-    Interface,
-    Layer,
-    Medium,
-    RigidBase,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
+from flatpunch.compliance.layered import SATURATION, depth_functions, yielding
+from flatpunch.compliance.stack import Body, Decay, attenuation, material, plane_at
+from flatpunch.compliance.transverse import Sheet, Solid, flexibility_of, system_of
+from flatpunch.media import GradedLayer, Interface, Medium, RigidBase, TransverselyIsotropicLayer
+from flatpunch.media.transverse import Plane, exponents, over
+
+
+_CHANGE = 0.2
+"""Largest relative change of a coefficient over a step through a graded layer: order 8 leaves 1e-9."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,14 +58,14 @@ def waves_at(medium: Body, k: Array, z: Array, layer: Indices, *, shear: bool = 
     `layer` is the layer of each depth, counted from the surface; len(layers) is the base. Without `shear` the fields under shear
     loads, `shear` and `transverse`, are empty.
     """
-    parts = _parts(medium, k, z, layer)
-    base = medium.base if isinstance(medium, Medium) else medium
-    elastic = None if isinstance(base, RigidBase) else base
     # moduli and stresses over the shear modulus of the surface
     scale = float(1 / plane_at(medium, np.zeros(1), np.zeros(1, dtype=int)).shear[0])
+    parts = _parts(medium, k, z, layer, scale)
+    base = medium.base if isinstance(medium, Medium) else medium
+    elastic = None if isinstance(base, RigidBase) else over(scale, material(base))
     _sweep_up(parts, elastic, k, scale)
     count = len(medium.layers) if isinstance(medium, Medium) else 0
-    states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), scale, shear)
+    states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), shear)
     return named_waves(states, across, plane_at(medium, z, layer), scale)
 
 
@@ -80,12 +77,14 @@ class _Part:
     top: float
     thickness: float
     bonded: bool | Interface
-    shear: float = 0.0
-    poisson: float = 0.0
-    solid: TransverselyIsotropicLayer | None = None
+    plane: Plane[float]
+    """Coefficients, at the upper face of a step, over the scale."""
+    solid: Solid | None = None
     sheet: Sheet | None = None
     graded: GradedLayer | None = None
     origin: float = 0.0
+    slow: float = 1.0
+    fast: float = 1.0
     depths: Indices = field(default_factory=lambda: np.zeros(0, dtype=int))
     states: Array = field(default_factory=lambda: np.zeros(0))
     across: Array = field(default_factory=lambda: np.zeros(0))
@@ -93,59 +92,75 @@ class _Part:
     lifted: Array = field(default_factory=lambda: np.zeros(0))
 
 
-def _parts(medium: Body, k: Array, z: Array, layer: Indices) -> list[_Part]:
+def _parts(medium: Body, k: Array, z: Array, layer: Indices, scale: float) -> list[_Part]:
     """Layers from the surface down, graded ones in steps that begin and end at the given depths."""
     parts: list[_Part] = []
     top = 0.0
     for i, body in enumerate(medium.layers if isinstance(medium, Medium) else ()):
         mine = np.flatnonzero(layer == i)
-        if isinstance(body, TransverselyIsotropicLayer):
-            parts.append(_Part(i, top, body.thickness, body.bonded, solid=body, depths=mine))
-        elif isinstance(body, Layer):
-            parts.append(_Part(i, top, body.thickness, body.bonded, shear_modulus(body), body.poisson, depths=mine))
+        if isinstance(body, GradedLayer):
+            above = float(attenuation(medium, np.array([top]))[0])
+            parts += _graded_parts(body, i, top, above, k, z, mine, scale)
         else:
-            parts += _graded_parts(body, i, top, k, z, mine)
+            plane = over(scale, material(body))
+            solid = Solid(plane) if isinstance(body, TransverselyIsotropicLayer) else None
+            parts.append(_Part(i, top, body.thickness, body.bonded, plane, solid, depths=mine))
         top += body.thickness
     return parts
 
 
-def _graded_parts(body: GradedLayer, i: int, top: float, k: Array, z: Array, mine: Indices) -> list[_Part]:
-    bottom = top + body.thickness
+def _graded_parts(
+    body: GradedLayer, i: int, top: float, above: float, k: Array, z: Array, mine: Indices, scale: float
+) -> list[_Part]:
+    """Steps through a graded layer; `above` is the attenuation of all that lies over it [m]."""
+    bottom, decay, (depths, varied) = top + body.thickness, Decay.of(body), _variation(body)
     ends = [top]
-    first = 0.5 / float(k.max())
     while ends[-1] < bottom:
         # steps of a tenth of the depth: order 8 leaves 1e-9 of what reaches that depth; 24 at least, as the law varies over the
-        # thickness
-        step = min(max(0.1 * ends[-1], first), body.thickness / 24)
-        ends.append(min(ends[-1] + step, bottom))
+        # thickness, and more where it is steep; the reach is that of the slower rate, the step that of the faster one
+        down = ends[-1] - top
+        reach = max(0.1 * (above + float(decay.down_to(np.array(down)))), 0.5 / float(k.max()))
+        step = min(reach / float(np.interp(down, decay.depths, decay.fast)), body.thickness / 24)
+        steep = float(np.interp(np.interp(down, depths, varied) + _CHANGE, varied, depths)) - down
+        ends.append(min(ends[-1] + min(step, steep), bottom))
     wanted = np.clip(z[mine], top, bottom)
     cuts = np.unique(np.concatenate([ends, wanted, top + np.asarray(body.breaks)]))
     # steps that differ from none by rounding only
     cuts = cuts[np.concatenate([[True], np.diff(cuts) > ROUNDING * bottom])]
     cuts[-1] = bottom
+    planes = over(scale, body.plane_at(cuts[:-1] - top))
+    slow, fast = (np.interp(cuts - top, decay.depths, each) for each in (decay.slow, decay.fast))
     parts = []
-    for upper, lower in pairwise(cuts):
-        own = np.array([upper - top])
-        poisson = float(body.poisson_at(own)[0])
-        shear = float(body.young_at(own)[0]) / (2 * (1 + poisson))
-        bonded = lower < bottom or body.bonded
+    for j, (upper, lower) in enumerate(pairwise(cuts)):
+        plane = Plane(*(float(each[j]) for each in planes))
+        # slides or springs are at the lower face of the layer alone
+        bonded = True if lower < bottom else body.bonded
         here = (wanted >= upper - ROUNDING * bottom) & (wanted < lower - ROUNDING * bottom)
-        parts.append(_Part(i, upper, lower - upper, bonded, shear, poisson, graded=body, origin=top, depths=mine[here]))
+        part = _Part(i, upper, lower - upper, bonded, plane, graded=body, origin=top, depths=mine[here])
+        part.slow, part.fast = float(slow[j : j + 2].min()), float(fast[j : j + 2].max())
+        parts.append(part)
     # the lower face itself belongs to the last step
     parts[-1].depths = np.concatenate([parts[-1].depths, mine[wanted >= bottom - ROUNDING * bottom]])
     return parts
 
 
-def _sweep_up(parts: list[_Part], base: ElasticBase | None, k: Array, scale: float) -> None:
+def _variation(body: GradedLayer) -> tuple[Array, Array]:
+    """Depths, denser at both faces, and the sum of all relative changes of the coefficients from the top down to there."""
+    share = np.concatenate([np.linspace(0, 1, 513), np.geomspace(1e-9, 1e-3, 128)])
+    depths = np.unique(np.concatenate([body.thickness * share, body.thickness * (1 - share), body.breaks]))
+    plane = body.plane_at(depths)
+    product = exponents(plane)[1]
+    logs = np.log([plane.shear, plane.stiffness, plane.across, product])
+    changes = [*np.abs(np.diff(logs)), np.abs(np.diff(plane.coupling)) / product[1:]]
+    return depths, np.append(0.0, np.cumsum(np.max(changes, axis=0)))
+
+
+def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: float) -> None:
     """Give each part the states that its lower face admits: sagittal (4, 2, nk), transverse (2, nk)."""
     if base is None:
         flexibility, transverse = np.zeros((2, 2, k.size)), np.zeros(k.size)
-    elif isinstance(base, TransverselyIsotropicHalfSpace):
-        solid = Solid.of(base, scale)
-        flexibility = np.repeat(solid.flexibility[:, :, None], k.size, axis=2)
-        transverse = np.full(k.size, -1 / solid.sideways[1])
     else:
-        flexibility, transverse = _own_flexibility(shear_modulus(base) / scale, base.poisson, k.size)
+        flexibility, transverse = _own_flexibility(base, k.size)
     for part in reversed(parts):
         if isinstance(part.bonded, Interface):
             flexibility = yielding(part.bonded, flexibility, k, scale)
@@ -153,29 +168,32 @@ def _sweep_up(parts: list[_Part], base: ElasticBase | None, k: Array, scale: flo
                 transverse = transverse - scale * part.bonded.softness[0] * k
         part.states, part.across = _admitted(bool(part.bonded), flexibility, transverse)
         if part.solid is not None:
-            part.sheet = Sheet(Solid.of(part.solid, scale), part.thickness, k, part.states, part.across)
+            part.sheet = Sheet(part.solid, part.thickness, k, part.states, part.across)
             flexibility, transverse = part.sheet.flexibility, part.sheet.flexibility_across
             continue
         hidden = _hidden(part, k)
-        own, own_across = _own_flexibility(part.shear / scale, part.poisson, k.size)
+        own, own_across = _own_flexibility(part.plane, k.size)
         if hidden.any():
             part.states[:, :, hidden] = _admitted(True, own, own_across)[0][:, :, hidden]
             part.across[:, hidden] = _admitted(True, own, own_across)[1][:, hidden]
-        part.raised, part.lifted = _raised(part, k, 0.0, scale)
+        part.raised, part.lifted = (
+            _raised(part, k, 0.0) if part.graded is None else _stepped(part, part.graded, k, scale)
+        )
         flexibility, transverse = _divided(part.raised[:2], part.raised[2:]), part.lifted[0] / part.lifted[1]
         flexibility[:, :, hidden], transverse[hidden] = own[:, :, hidden], own_across[hidden]
 
 
 def _hidden(part: _Part, k: Array) -> Flags:
     """Where the part hides what lies below it."""
-    # k times the step above which the wave no longer reaches that depth (k z > 30): the layer's own half-space takes its place
-    return np.asarray(k * part.thickness > (SATURATION if part.graded is None else 1.5))
+    # k times the step above which the wave no longer reaches that depth (k z > 15): the layer's own half-space takes its place
+    return np.asarray(k * part.thickness * part.fast > (SATURATION if part.graded is None else 1.5))
 
 
-def _own_flexibility(mu: float, nu: float, count: int) -> tuple[Array, Array]:
+def _own_flexibility(plane: Plane[float], count: int) -> tuple[Array, Array]:
     """Flexibility of a half-space: fields that decay with depth."""
-    own = np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]]) / mu
-    return np.repeat(own[:, :, None], count, axis=2), np.full(count, -1 / mu)
+    return np.repeat(flexibility_of(plane)[:, :, None], count, axis=2), np.full(
+        count, -sqrt(plane.shear / plane.across)
+    )
 
 
 def _admitted(bonded: bool, flexibility: Array, transverse: Array) -> tuple[Array, Array]:
@@ -193,20 +211,17 @@ def _admitted(bonded: bool, flexibility: Array, transverse: Array) -> tuple[Arra
     return states, across
 
 
-def _raised(part: _Part, k: Array, depth: float | Array, scale: float) -> tuple[Array, Array]:
+def _raised(part: _Part, k: Array, depth: float | Array) -> tuple[Array, Array]:
     """States of the lower face as they are at depths below the upper one, times exp(-k height); (4, 2, nk) or (4, 2, nk, nz).
 
     Below the depth that a wave reaches, the layer is its own half-space: heights are counted from there. Counted from the lower
     face of a layer a million times as thick, they would cost all digits.
     """
-    if part.graded is not None:
-        return _stepped(part, k, scale)
     x = np.minimum(k * part.thickness, SATURATION)
     if np.ndim(depth):
         x = np.maximum(x[:, None] - np.multiply.outer(k, depth), 0.0)
     states, sideways = part.states, part.across
-    mu, nu = part.shear / scale, part.poisson
-    system = sagittal_system(mu, nu)
+    mu, system = part.plane.across, system_of(part.plane)
     nilpotent = system @ system - np.eye(4)
     turned = [states, *(_times(a, states) for a in (system, nilpotent, system @ nilpotent))]
     if x.ndim == 2:
@@ -218,26 +233,25 @@ def _raised(part: _Part, k: Array, depth: float | Array, scale: float) -> tuple[
     return raised, np.stack([cosh * u - sinh * s / mu, cosh * s - sinh * mu * u])
 
 
-def _stepped(part: _Part, k: Array, scale: float) -> tuple[Array, Array]:
+def _stepped(part: _Part, layer: GradedLayer, k: Array, scale: float) -> tuple[Array, Array]:
     """One Runge-Kutta step (Dormand and Prince, order 8) up through a slice of a graded layer.
 
     States that the wave does not reach stay what they are in the layer's own half-space.
     """
-    assert part.graded is not None
     rule = scipy.integrate.DOP853
     count = rule.n_stages
     z = part.top - part.origin + part.thickness * (1 - rule.C[:count])
-    nu = part.graded.poisson_at(z)
-    mu = part.graded.young_at(z) / (2 * (1 + nu)) / scale
+    planes = over(scale, layer.plane_at(z))
+    systems = system_of(planes)
     reached = ~_hidden(part, k)
     x, start, start_across = k[reached] * part.thickness, part.states[..., reached], part.across[..., reached]
     slopes, lateral = np.empty((count, *start.shape)), np.empty((count, *start_across.shape))
     for i in range(count):
         y = start + x * _times(rule.A[i : i + 1, :i], slopes[:i])[0]
         w = start_across + x * _times(rule.A[i : i + 1, :i], lateral[:i])[0]
-        slopes[i] = -_times(sagittal_system(float(mu[i]), float(nu[i])), y)
-        lateral[i, 0], lateral[i, 1] = -w[1] / mu[i], -mu[i] * w[0]
-    decay = np.exp(-x)
+        slopes[i] = -_times(systems[..., i], y)
+        lateral[i, 0], lateral[i, 1] = -w[1] * planes.shear[i], -planes.across[i] * w[0]
+    decay = np.exp(-part.slow * x)
     states, across = part.states.copy(), part.across.copy()
     states[..., reached] = (start + x * _times(rule.B[None], slopes)[0]) * decay
     across[..., reached] = (start_across + x * _times(rule.B[None], lateral)[0]) * decay
@@ -261,7 +275,7 @@ def _inverse(lower: Array) -> Array:
 
 
 def _sweep_down(
-    parts: list[_Part], base: ElasticBase | None, k: Array, z: Array, below: Indices, scale: float, shear: bool
+    parts: list[_Part], base: Plane[float] | None, k: Array, z: Array, below: Indices, shear: bool
 ) -> tuple[Array, Array]:
     """States at all depths from the tractions that the loads have at the surface."""
     # notation: columns are the two loads, s_zz = -1 and s_lz = 1
@@ -283,11 +297,11 @@ def _sweep_down(
         wave = sideways / lifted[1]
         if part.depths.size and part.graded is None:
             down = np.clip(z[part.depths] - part.top, 0.0, part.thickness)
-            y, w = _raised(part, k, down, scale)
+            y, w = _raised(part, k, down)
             decay = np.exp(-k[:, None] * down)
             states[..., part.depths] = np.einsum("ijnz,jkn->iknz", y, amplitude) * decay
             across[..., part.depths] = w * (wave[:, None] * decay)
-        decay = np.exp(-k * part.thickness)
+        decay = np.exp(-part.slow * k * part.thickness)
         end, end_across = np.einsum("ijn,jkn->ikn", part.states, amplitude) * decay, part.across * wave * decay
         if part.depths.size and part.graded is not None:
             # steps through a graded layer begin or end at these depths
@@ -299,30 +313,19 @@ def _sweep_down(
         traction, sideways = end[2:], end_across[1]
     if base is not None and below.size:
         top = parts[-1].top + parts[-1].thickness if parts else 0.0
-        states[..., below], across[..., below] = _in_base(base, k, z[below] - top, traction, sideways, scale)
+        states[..., below], across[..., below] = _in_base(base, k, z[below] - top, traction, sideways)
     return states, across
 
 
-def _in_base(
-    base: ElasticBase, k: Array, depth: Array, traction: Array, sideways: Array, scale: float
-) -> tuple[Array, Array]:
-    """States in the base: exp(A x) = exp(-x) (1 + x (A + 1)) on the fields that decay."""
-    if isinstance(base, TransverselyIsotropicHalfSpace):
-        solid, x = Solid.of(base, scale), k[:, None] * np.maximum(depth, 0.0)
-        rate, impedance = solid.sideways
-        along = np.einsum("ijnz,jkn->iknz", solid.decaying(x), traction)
-        return along, np.stack([-sideways / impedance, sideways])[..., None] * np.exp(-rate * x)
-    mu, nu = shear_modulus(base) / scale, base.poisson
-    flexibility, _ = _own_flexibility(mu, nu, k.size)
-    start = np.concatenate([np.einsum("ijn,jkn->ikn", flexibility, traction), traction])
-    turned = _times(sagittal_system(mu, nu) + np.eye(4), start)
-    x = k[:, None] * np.maximum(depth, 0.0)
-    decay = np.exp(-x)
-    across = np.stack([-sideways / mu, sideways])
-    return (start[..., None] + x * turned[..., None]) * decay, across[..., None] * decay
+def _in_base(base: Plane[float], k: Array, depth: Array, traction: Array, sideways: Array) -> tuple[Array, Array]:
+    """States in the base: the fields that decay."""
+    solid, x = Solid(base), k[:, None] * np.maximum(depth, 0.0)
+    rate, impedance = solid.sideways
+    along = np.einsum("ijnz,jkn->iknz", solid.decaying(x), traction)
+    return along, np.stack([-sideways / impedance, sideways])[..., None] * np.exp(-rate * x)
 
 
-def named_waves(states: Array, across: Array, plane: PlaneAt, scale: float) -> Waves:
+def named_waves(states: Array, across: Array, plane: Plane[Array], scale: float) -> Waves:
     """Waves from states (4, loads, nk, nz) and transverse ones (2, nk, nz): in-plane stresses added, displacements scaled."""
     along, szz = states[0], states[3]
     difference = plane.across / scale * along

@@ -24,8 +24,8 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import waves_at
 from flatpunch.compliance.layered import sagittal_system, shear_modulus
-from flatpunch.compliance.stack import Body, plane_at
-from flatpunch.compliance.transverse import Solid
+from flatpunch.compliance.stack import Body, Decay, plane_at
+from flatpunch.compliance.transverse import flexibility_of, system_of
 from flatpunch.media import (
     AnyLayer,
     ElasticBase,
@@ -38,7 +38,16 @@ from flatpunch.media import (
     TransverselyIsotropicHalfSpace,
     TransverselyIsotropicLayer,
 )
-from flatpunch.media.transverse import Plane, exponent_slopes, exponents, plane_of, plane_slopes
+from flatpunch.media.transverse import (
+    N,
+    Plane,
+    constants_of,
+    exponent_slopes,
+    exponents,
+    isotropic_slopes,
+    plane_of,
+    plane_slopes,
+)
 from flatpunch.numerics.gauss import gauss
 
 
@@ -81,7 +90,7 @@ def compliance_derivatives(body: Body, k: Array) -> list[PartDerivatives]:
     for layer, (own, weight) in zip(layers, rules, strict=True):
         here = waves[..., start : start + own.size]
         if isinstance(layer, GradedLayer):
-            found.append(_of_graded(layer, own, weight, here, k))
+            found.append(_of_graded(layer, own, weight, here))
         else:
             found.append(_of_layer(layer, here, k) if isinstance(layer, Layer) else _of_sheet(layer, weight, here))
         start += own.size
@@ -108,11 +117,12 @@ def _depth_rule(layer: AnyLayer, largest: float) -> tuple[Array, Array]:
     if isinstance(layer, Layer):
         return np.array([0.0, layer.thickness]), np.zeros(2)
     h = layer.thickness
-    fastest = Solid(plane_of(layer)).fastest if isinstance(layer, TransverselyIsotropicLayer) else 1.0
+    fastest = float(Decay.of(layer).fast.max())
     octaves = h / 2.0 ** np.arange(max(1, int(np.ceil(np.log2(4 * largest * fastest * h))) + 1))
     # eight panels at least, as the law varies over the thickness; fields of two rates are steep at the lower face as well
-    inner = layer.breaks if isinstance(layer, GradedLayer) else h - octaves
-    edges = np.unique(np.concatenate([[0.0], octaves, np.linspace(0, h, 9), inner]))
+    two_rates = isinstance(layer, TransverselyIsotropicLayer) or layer.anisotropic
+    breaks = layer.breaks if isinstance(layer, GradedLayer) else ()
+    edges = np.unique(np.concatenate([[0.0], octaves, np.linspace(0, h, 9), breaks, h - octaves if two_rates else []]))
     edges = edges[np.concatenate([[True], np.diff(edges) > 1e-9 * h])]
     edges[-1] = h
     # Gauss points on an octave of depth in a graded layer
@@ -132,9 +142,9 @@ def _of_layer(layer: Layer, states: Array, k: Array) -> PartDerivatives:
 def _of_sheet(layer: TransverselyIsotropicLayer, weights: Array, states: Array) -> PartDerivatives:
     constants = {
         name: np.einsum("inz,ij,jnz,z->n", states, _turned(_matrix(change)), states, weights, optimize=True)[None]
-        for name, change in plane_slopes(layer).items()
+        for name, change in plane_slopes(constants_of(layer)).items()
     }
-    return PartDerivatives(np.zeros(1), constants, _form(_turned(Solid(plane_of(layer)).system), states[..., -1]))
+    return PartDerivatives(np.zeros(1), constants, _form(_turned(system_of(plane_of(layer))), states[..., -1]))
 
 
 def _of_springs(springs: Interface, traction: Array) -> dict[str, Array]:
@@ -159,9 +169,9 @@ def _of_base(base: ElasticBase, state: Array, k: Array) -> PartDerivatives:
 def _flexibility_slopes(base: TransverselyIsotropicHalfSpace) -> dict[str, Array]:
     """Derivatives of the flexibility H = [[-s, d - q], [d - q, -s d]]/M by each constant."""
     plane = plane_of(base)
-    s, d = exponents(plane)
-    flexibility, found = Solid(plane).flexibility, {}
-    for name, change in plane_slopes(base).items():
+    s, d, _, _ = exponents(plane)
+    flexibility, found = flexibility_of(plane), {}
+    for name, change in plane_slopes(constants_of(base)).items():
         of_s, of_d = exponent_slopes(plane, change)
         mixed = of_d - change.coupling
         part = np.array([[-of_s, mixed], [mixed, -of_s * d - s * of_d]]) / plane.stiffness
@@ -169,21 +179,20 @@ def _flexibility_slopes(base: TransverselyIsotropicHalfSpace) -> dict[str, Array
     return found
 
 
-def _matrix(change: Plane) -> Array:
-    """Change of A for a change of its coefficients."""
-    return np.asarray(Solid(change).system - Solid(Plane(0.0, 0.0, 0.0, 0.0, 0.0)).system)
+def _matrix(change: Plane[N]) -> Array:
+    """Change of A for a change of its coefficients, shape (4, 4, ...)."""
+    return np.asarray(system_of(change) - system_of(Plane(*(0 * each for each in change))))
 
 
-def _of_graded(layer: GradedLayer, depths: Array, weights: Array, states: Array, k: Array) -> PartDerivatives:
-    young, nu = layer.young_at(depths), layer.poisson_at(depths)
-    by_young, by_poisson = np.empty((2, depths.size - 1, k.size))
-    for j in range(depths.size - 1):
-        of_modulus, of_poisson = _slopes(young[j], nu[j])
-        by_young[j] = weights[j] * _form(_turned(of_modulus), states[..., j])
-        by_poisson[j] = weights[j] * _form(_turned(of_poisson), states[..., j])
-    system = sagittal_system(young[-1] / (2 * (1 + nu[-1])), nu[-1])
-    constants = {"young": by_young, "poisson": by_poisson}
-    return PartDerivatives(depths[:-1], constants, _form(_turned(system), states[..., -1]))
+def _of_graded(layer: GradedLayer, depths: Array, weights: Array, states: Array) -> PartDerivatives:
+    constants, inside = layer.constants_at(depths[:-1]), states[..., :-1]
+    slopes = plane_slopes(constants) if layer.anisotropic else isotropic_slopes(*constants)
+    found = {
+        kind: weights[:-1, None] * np.einsum("inz,ijz,jnz->zn", inside, _turned(_matrix(change)), inside, optimize=True)
+        for kind, change in zip(layer.laws, slopes.values(), strict=True)
+    }
+    system = system_of(layer.plane_at(depths[-1]))
+    return PartDerivatives(depths[:-1], found, _form(_turned(system), states[..., -1]))
 
 
 def _of_face(body: Layer | HalfSpace, state: Array, k: Array) -> dict[str, Array]:
@@ -195,27 +204,11 @@ def _of_face(body: Layer | HalfSpace, state: Array, k: Array) -> dict[str, Array
     unit = np.array([1.0, 1.0, mu, mu])
     scale = np.outer(unit, 1 / unit).ravel()
     found = {}
-    for name, change in zip(("young", "poisson"), _slopes(body.young, body.poisson), strict=True):
+    for name, change in isotropic_slopes(body.young, body.poisson).items():
         balanced = commutator * scale[None, :] / scale[:, None]
-        generator = np.linalg.lstsq(balanced, change.ravel() / scale, rcond=1e-10)[0]
+        generator = np.linalg.lstsq(balanced, _matrix(change).ravel() / scale, rcond=1e-10)[0]
         found[name] = _form(_turned(np.asarray(generator * scale).reshape(4, 4)), state) / k
     return found
-
-
-def _slopes(young: float, nu: float) -> tuple[Array, Array]:
-    """Derivatives of the matrix A by E at fixed nu, and by nu at fixed E."""
-    mu = young / (2 * (1 + nu))
-    by_young, by_poisson = np.zeros((2, 4, 4))
-    by_young[0, 2] = -1 / (mu * young)
-    by_young[1, 3] = -(1 - 2 * nu) / (2 * mu * (1 - nu) * young)
-    by_young[2, 0] = 2 * mu / ((1 - nu) * young)
-    # notation: A12 = diag(2 (1 + nu), (1 + nu)(1 - 2 nu)/(1 - nu))/E, A21 = E/(1 - nu^2)
-    by_poisson[0, 2] = 2 / young
-    by_poisson[1, 0] = -1 / (1 - nu) ** 2
-    by_poisson[1, 3] = 2 * nu * (nu - 2) / ((1 - nu) ** 2 * young)
-    by_poisson[2, 0] = 2 * nu * young / (1 - nu * nu) ** 2
-    by_poisson[2, 3] = 1 / (1 - nu) ** 2
-    return by_young, by_poisson
 
 
 def _turned(matrix: Array) -> Array:

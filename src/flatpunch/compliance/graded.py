@@ -9,13 +9,14 @@ face slides or is much softer (a is large or infinite there), for (s_rz, u_z) = 
 
 with m = 2 mu/(1 - nu), g = (1 - 2 nu)/(2 mu (1 - nu)): finite at nu = 1/2, no pole, errors decay upwards like
 exp(-2 k z). Runge-Kutta steps of order 8 (Dormand and Prince), each wavenumber with its own step and error control: the
-deeper, the looser, and nothing below k z = 25 is touched.
+deeper, the looser, and nothing below k z = 25 is touched. Transversely isotropic layers obey the same equations, with their
+coefficients of plane strain in the place of nu/(1 - nu), 1/mu, g and m, and with the integral of the slower of their two rates of
+decay in the place of z.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import scipy
@@ -23,45 +24,26 @@ import scipy
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance.layered import SATURATION, base_flexibility, carry_through, shear_modulus, yielding
+from flatpunch.compliance.stack import Decay
+from flatpunch.compliance.transverse import flexibility_of
 from flatpunch.media import AnyLayer, GradedLayer, Interface, Layer, Medium, RigidBase, TransverselyIsotropicLayer
-from flatpunch.media.transverse import plane_of
+from flatpunch.media.transverse import contact_modulus, over, plane_of
 
 TOLERANCE = 1e-12
 """Estimated relative error of one step, as it arrives at the surface."""
 
 
-Rates = Callable[[Array, "Constants"], Array]
-
-
-@dataclass(frozen=True, slots=True)
-class Constants:
-    """Coefficients of the field equations at one depth per wavenumber; mu is in units of the scale of the stresses.
-
-    Attributes
-    ----------
-    ratio : nu/(1 - nu);  compliance : 1/mu;  oedometric : (1 - 2 nu)/(2 mu (1 - nu));  stiffness : 2 mu/(1 - nu).
-    """
-
-    ratio: Array
-    compliance: Array
-    oedometric: Array
-    stiffness: Array
-
-    def __getitem__(self, stage: int) -> Constants:
-        return Constants(self.ratio[stage], self.compliance[stage], self.oedometric[stage], self.stiffness[stage])
+Rates = Callable[[Array, Sequence[Array]], Array]
+"""Slopes of a state under the coefficients of plane strain at one depth per wavenumber."""
 
 
 def graded_response(medium: Medium, k: Array) -> Array:
     """Dimensionless response L(k) = E* k C(k)/2 of a stack with graded layers at wavenumbers k > 0 [1/m], shape (n,).
 
-    A ValueError says that modulus or Poisson ratio leave their range between the depths at which the layer was checked.
+    A ValueError says that the constants leave their ranges between the depths at which the layer was checked.
     """
     top = medium.layers[0]
-    zero = np.zeros(1)
-    if isinstance(top, GradedLayer):
-        scale = float(top.young_at(zero)[0]) / (2 * (1 + float(top.poisson_at(zero)[0])))
-    else:
-        scale = shear_modulus(top)
+    scale = float(1 / top.plane_at(np.zeros(1)).shear[0]) if isinstance(top, GradedLayer) else shear_modulus(top)
     flexibility = graded_flexibility(medium, k, scale)
     return np.asarray(-flexibility[1, 1] * (top.surface_modulus / (2 * scale)))
 
@@ -94,7 +76,7 @@ def _incompressible(layer: AnyLayer) -> bool:
         return layer.poisson == 0.5
     if isinstance(layer, TransverselyIsotropicLayer):
         return plane_of(layer).oedometric == 0
-    return bool(np.all(layer.poisson_at(np.linspace(0, layer.thickness, 65)) == 0.5))
+    return bool(np.all(layer.plane_at(np.linspace(0, layer.thickness, 65)).oedometric == 0))
 
 
 def smallest_and_largest_modulus(medium: Medium) -> tuple[float, float]:
@@ -102,8 +84,7 @@ def smallest_and_largest_modulus(medium: Medium) -> tuple[float, float]:
     found = []
     for layer in medium.layers:
         if isinstance(layer, GradedLayer):
-            z = np.linspace(0, layer.thickness, 65)
-            moduli = layer.young_at(z) / (1 - layer.poisson_at(z) ** 2)
+            moduli = contact_modulus(layer.plane_at(np.linspace(0, layer.thickness, 65)))
             found += [float(moduli.min()), float(moduli.max())]
         else:
             found.append(layer.surface_modulus)
@@ -121,14 +102,15 @@ def spring_moduli(medium: Medium) -> list[float]:
 
 def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
-    depth = np.minimum(layer.thickness, SATURATION / k)
+    decay = Decay.of(layer)
+    depth = np.minimum(layer.thickness, decay.depth_of(SATURATION / k))
     below = yielding(layer.bonded, below, k, scale)
     start = below.copy()
     hidden = depth < layer.thickness
     if hidden.any():
-        start[:, :, hidden] = _local_flexibility(layer, depth[hidden], scale)
-    bottom = _constants(layer, np.array([layer.thickness]), scale)
-    mixed = ~hidden & (np.abs(below[0, 0]) > 3.0 * bottom.compliance)
+        start[:, :, hidden] = flexibility_of(over(scale, layer.plane_at(depth[hidden])))
+    bottom = over(scale, layer.plane_at(np.array([layer.thickness])))
+    mixed = ~hidden & (np.abs(below[0, 0]) > 3.0 * bottom.shear)
     if not layer.bonded:
         mixed = ~hidden
     above = np.empty_like(below)
@@ -138,18 +120,21 @@ def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: floa
     ):
         if chosen.any():
             state = enter(start[:, :, chosen], bool(layer.bonded))
-            above[:, :, chosen] = leave(_integrate(layer, rates, state, k[chosen], depth[chosen], scale))
+            above[:, :, chosen] = leave(_integrate(layer, decay, rates, state, k[chosen], depth[chosen], scale))
     return above
 
 
-def _integrate(layer: GradedLayer, rates: Rates, state: Array, k: Array, depth: Array, scale: float) -> Array:
+def _integrate(
+    layer: GradedLayer, decay: Decay, rates: Rates, state: Array, k: Array, depth: Array, scale: float
+) -> Array:
     """State (3, n) at the upper face from the state at `depth`."""
     breaks = np.array([0.0, *layer.breaks])
     result = state.copy()
     step = np.minimum(depth, 0.25 / k)
     active = np.flatnonzero(depth > 0)
     depth = depth.copy()
-    for _ in range(5000):
+    # steps are as short as the faster rate wants, and reach as deep as the slower one
+    for _ in range(int(5000 * float(decay.fast.max() / decay.slow.min()))):
         if active.size == 0:
             return result
         z, q, wanted = depth[active], k[active], step[active]
@@ -158,7 +143,7 @@ def _integrate(layer: GradedLayer, rates: Rates, state: Array, k: Array, depth: 
         # what is less than two steps is halved, so that no sliver is left before the next break
         d = np.where(wanted >= left, left, np.where(wanted > left / 2, left / 2, wanted))
         y, error = _runge_kutta(layer, rates, result[:, active], q, z, d, scale)
-        shallow = q * (z - d)
+        shallow = q * decay.down_to(z - d)
         allowed = TOLERANCE * np.exp(np.minimum(2 * shallow, 18.0)) / (1 + shallow) ** 2
         good = error <= allowed
         growth = 0.9 * (allowed / np.maximum(error, 1e-300)) ** 0.125
@@ -185,19 +170,19 @@ def _runge_kutta(
 ) -> tuple[Array, Array]:
     """One step of order 8 from z to z - d, and its relative error."""
     rule, stages = scipy.integrate.DOP853, 12
-    constants = _constants(layer, z - rule.C[:stages, None] * d, scale)
+    coefficients = np.stack(over(scale, layer.plane_at(z - rule.C[:stages, None] * d))[:4], axis=1)
     t = k * d
     slopes = np.empty((stages + 1, *y.shape))
     flat = slopes.reshape(stages + 1, -1)
     # a step that is far too long overflows and is refused by its error
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        slopes[0] = rates(y, constants[0])
+        slopes[0] = rates(y, coefficients[0])
         for stage in range(1, stages):
             increment = (rule.A[stage, :stage] @ flat[:stage]).reshape(y.shape)
-            slopes[stage] = rates(y + t * increment, constants[stage])
+            slopes[stage] = rates(y + t * increment, coefficients[stage])
         new = y + t * (rule.B @ flat[:stages]).reshape(y.shape)
         # the thirteenth slope is taken at the end of the step, like the twelfth
-        slopes[stages] = rates(new, constants[stages - 1])
+        slopes[stages] = rates(new, coefficients[stages - 1])
         fifth, third = (rule.E5 @ flat).reshape(y.shape), (rule.E3 @ flat).reshape(y.shape)
         blend = fifth**2 / np.sqrt(fifth**2 + 0.01 * third**2)
         error = t * np.where(fifth == 0, 0.0, np.abs(blend))
@@ -206,49 +191,26 @@ def _runge_kutta(
     return new, np.where(np.isfinite(relative), relative, np.inf)
 
 
-def _constants(layer: GradedLayer, z: Array, scale: float) -> Constants:
-    young, nu = layer.young_at(z), layer.poisson_at(z)
-    wrong = ~((young > 0) & np.isfinite(young) & (nu > -1) & (nu <= 0.5))
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        raise ValueError(
-            f"GradedLayer has young = {young.flat[i]:g}, poisson = {nu.flat[i]:g} at depth z = {text(float(z.flat[i]), 'm')}; "
-            "they must be > 0 and in (-1, 0.5] at every depth."
-        )
-    compliance = 2 * (1 + nu) * scale / young
-    return Constants(
-        ratio=nu / (1 - nu),
-        compliance=compliance,
-        oedometric=(1 - 2 * nu) / (2 * (1 - nu)) * compliance,
-        stiffness=2 / ((1 - nu) * compliance),
-    )
-
-
-def _local_flexibility(layer: GradedLayer, z: Array, scale: float) -> Array:
-    """Flexibility of a half-space with the constants at depth z."""
-    nu = layer.poisson_at(z)
-    compliance = 2 * (1 + nu) * scale / layer.young_at(z)
-    return np.asarray(compliance * np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]]))
-
-
-def _flexibility_rates(y: Array, at: Constants) -> Array:
+def _flexibility_rates(y: Array, at: Sequence[Array]) -> Array:
     a, b, c = y
+    coupling, shear, oedometric, stiffness = at
     rates = np.empty_like(y)
-    mb = at.stiffness * b
-    coupled = at.ratio + mb
-    rates[0] = at.stiffness * a * a - 2 * b - at.compliance
+    mb = stiffness * b
+    coupled = coupling + mb
+    rates[0] = stiffness * a * a - 2 * b - shear
     rates[1] = a * coupled - c
-    rates[2] = b * (at.ratio + coupled) - at.oedometric
+    rates[2] = b * (coupling + coupled) - oedometric
     return rates
 
 
-def _mixed_rates(y: Array, at: Constants) -> Array:
+def _mixed_rates(y: Array, at: Sequence[Array]) -> Array:
     p, r, w = y
+    coupling, shear, oedometric, stiffness = at
     rates = np.empty_like(y)
-    soft_p, twice_r = at.compliance * p, 2 * r
-    rates[0] = p * (soft_p - twice_r) - at.stiffness
-    rates[1] = soft_p * r + p * w - r * r - at.ratio
-    rates[2] = -twice_r * w - at.compliance * r * r - at.oedometric
+    soft_p, twice_r = shear * p, 2 * r
+    rates[0] = p * (soft_p - twice_r) - stiffness
+    rates[1] = soft_p * r + p * w - r * r - coupling
+    rates[2] = -twice_r * w - shear * r * r - oedometric
     return rates
 
 

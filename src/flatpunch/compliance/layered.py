@@ -20,7 +20,7 @@ from math import factorial
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.transverse import REACH, Sheet, Solid
+from flatpunch.compliance.transverse import REACH, Sheet, Solid, system_of
 from flatpunch.media import (
     HalfSpace,
     Interface,
@@ -30,6 +30,7 @@ from flatpunch.media import (
     TransverselyIsotropicHalfSpace,
     TransverselyIsotropicLayer,
 )
+from flatpunch.media.transverse import isotropic_plane
 
 SATURATION = REACH
 """k h from which a layer hides what lies below it: exp(-2 k h) (k h)^2 < 1e-18."""
@@ -258,15 +259,7 @@ def shear_modulus(body: HalfSpace | Layer | TransverselyIsotropicHalfSpace | Tra
 
 def sagittal_system(mu: float, nu: float) -> Array:
     """Matrix A of dy/d(kz) = A y; mu in the unit of the stresses."""
-    ratio = nu / (1 - nu)
-    return np.array(
-        [
-            [0, 1, 1 / mu, 0],
-            [-ratio, 0, 0, (1 - 2 * nu) / (2 * mu * (1 - nu))],
-            [2 * mu / (1 - nu), 0, 0, ratio],
-            [0, 0, -1, 0],
-        ]
-    )
+    return system_of(isotropic_plane(2 * (1 + nu) * mu, nu))
 
 
 def _x_cosh_minus_sinh(x: Array, cosh: Array, sinh: Array) -> Array:

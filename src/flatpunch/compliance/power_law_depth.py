@@ -21,8 +21,8 @@ from scipy.interpolate import CubicSpline
 from flatpunch._support.checks import Array
 from flatpunch.compliance.depth import Waves, named_waves
 from flatpunch.compliance.layered import sagittal_system
-from flatpunch.compliance.stack import PlaneAt
 from flatpunch.media import PowerLawHalfSpace
+from flatpunch.media.transverse import isotropic_plane
 
 _DEEPEST, _SHALLOWEST = 120.0, 1e-14
 """x between which the system is integrated: at the start the grading is taken as none, whose error decays like exp(-2x)."""
@@ -51,7 +51,7 @@ def power_law_waves(body: PowerLawHalfSpace, k: Array, z: Array) -> Waves:
     with np.errstate(
         divide="ignore", invalid="ignore"
     ):  # the compliances, which may be infinite at the surface, are not needed
-        plane = PlaneAt.isotropic(modulus, np.full(z.size, nu))
+        plane = isotropic_plane(2 * (1 + nu) * modulus, np.full(z.size, nu))
     waves = named_waves(fields, across, plane, 1.0)
     # displacements are in units of 1/(m k)
     waves.normal[:2] /= shear[:, None]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
+import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Indices
-from flatpunch.compliance.layered import shear_modulus
-from flatpunch.compliance.transverse import Solid
 from flatpunch.media import (
+    AnyLayer,
     ElasticBase,
     GradedLayer,
     HalfSpace,
@@ -20,7 +21,7 @@ from flatpunch.media import (
     TransverselyIsotropicHalfSpace,
     TransverselyIsotropicLayer,
 )
-from flatpunch.media.transverse import plane_of
+from flatpunch.media.transverse import Plane, isotropic_plane, plane_of, rates_of
 
 Side = Literal["above", "below"]
 
@@ -28,20 +29,7 @@ Side = Literal["above", "below"]
 Body = ElasticBase | Medium
 """Bodies whose fields are found by two sweeps."""
 
-
-class PlaneAt(NamedTuple):
-    """Plane-strain coefficients at points; see `media.transverse.Plane`."""
-
-    coupling: Array
-    shear: Array
-    oedometric: Array
-    stiffness: Array
-    across: Array
-
-    @classmethod
-    def isotropic(cls, mu: Array, nu: Array) -> PlaneAt:
-        """Coefficients of isotropic material."""
-        return cls(nu / (1 - nu), 1 / mu, (1 - 2 * nu) / (2 * mu * (1 - nu)), 2 * mu / (1 - nu), mu)
+Homogeneous = Layer | TransverselyIsotropicLayer | ElasticBase
 
 
 def interfaces(medium: Body | PowerLawHalfSpace) -> Array:
@@ -61,30 +49,70 @@ def layer_at(body: Body | PowerLawHalfSpace, depth: Array, side: Side) -> Indice
     return np.asarray(layer)
 
 
-def plane_at(medium: Body, z: Array, layer: Indices) -> PlaneAt:
+def plane_at(medium: Body, z: Array, layer: Indices) -> Plane[Array]:
     """Plane-strain coefficients at depths z of the given layers, arrays of shape (nz,) [Pa]; NaN in a rigid base."""
-    found = np.full((len(PlaneAt._fields), z.size), np.nan)
+    found = np.full((len(Plane._fields), z.size), np.nan)
     tops = np.concatenate([[0.0], interfaces(medium)])
     for i in np.unique(layer):
         here = layer == i
-        body = _body_of(medium, int(i))
+        body = _bodies(medium)[i]
+        if isinstance(body, GradedLayer):
+            found[:, here] = body.plane_at(np.clip(z[here] - tops[i], 0.0, body.thickness))
+        elif isinstance(body, Homogeneous):
+            found[:, here] = np.array(material(body))[:, None]
+    return Plane(*found)
+
+
+def material(body: Homogeneous) -> Plane[float]:
+    """Plane-strain coefficients of a homogeneous layer or base [Pa]."""
+    if isinstance(body, (Layer, HalfSpace)):
+        return isotropic_plane(body.young, body.poisson)
+    return plane_of(body)
+
+
+@dataclass(frozen=True, slots=True)
+class Decay:
+    """Rates at which load waves decay with k z in a layer or base: 1 where it is isotropic.
+
+    Attributes
+    ----------
+    depths : ndarray, shape (n,)
+        Depths below its top [m].
+    slow, fast : ndarray, shape (n,)
+        The slower rate there, and the magnitude of the faster one.
+    reached : ndarray, shape (n,)
+        Integral of the slower rate down to there: a wave has decayed by exp(-k reached) at least [m].
+    """
+
+    depths: Array
+    slow: Array
+    fast: Array
+    reached: Array
+
+    @classmethod
+    def of(cls, body: object) -> Decay:
+        """Rates of a body."""
+        if isinstance(body, GradedLayer) and body.anisotropic:
+            depths = np.unique(np.concatenate([np.linspace(0.0, body.thickness, 2049), body.breaks]))
+            slow, fast = rates_of(body.plane_at(depths))
+            return cls(depths, slow, fast, scipy.integrate.cumulative_trapezoid(slow, depths, initial=0.0))
+        ones, depths = np.ones(2), np.array([0.0, body.thickness if isinstance(body, AnyLayer) else np.inf])
+        slow, fast = ones, ones
         if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
-            found[:, here] = np.array(plane_of(body))[:, None]
-        elif isinstance(body, GradedLayer):
-            own = np.clip(z[here] - tops[i], 0.0, body.thickness)
-            nu = body.poisson_at(own)
-            found[:, here] = PlaneAt.isotropic(body.young_at(own) / (2 * (1 + nu)), nu)
-        elif isinstance(body, (Layer, HalfSpace)):
-            count = int(here.sum())
-            found[:, here] = PlaneAt.isotropic(np.full(count, shear_modulus(body)), np.full(count, body.poisson))
-    return PlaneAt(*found)
+            slow, fast = rates_of(Plane(*(each * ones for each in plane_of(body))))
+        return cls(depths, slow, fast, slow * depths)
 
+    def down_to(self, z: Array) -> Array:
+        """Integral of the slower rate down to depths z below the top [m]."""
+        if self.depths.size == 2:
+            return np.asarray(self.slow[0] * z)
+        return np.asarray(np.interp(z, self.depths, self.reached))
 
-def _body_of(medium: Body, i: int) -> object:
-    """Layer i from the surface down; the base comes last."""
-    if not isinstance(medium, Medium):
-        return medium
-    return medium.layers[i] if i < len(medium.layers) else medium.base
+    def depth_of(self, reached: Array) -> Array:
+        """Depth at which the integral has a value; the thickness where it is never reached [m]."""
+        if self.depths.size == 2:
+            return np.asarray(np.minimum(self.depths[1], reached / self.slow[0]))
+        return np.asarray(np.interp(reached, self.reached, self.depths))
 
 
 def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
@@ -94,21 +122,17 @@ def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
     """
     faces = np.concatenate([[0.0], interfaces(medium), [np.inf]])
     found = z.copy()
-    for i, solid in _anisotropic(medium):
-        found += (solid.slowest - 1) * (np.clip(z, faces[i], faces[i + 1]) - faces[i])
+    for i, body in enumerate(_bodies(medium)):
+        own = np.clip(z, faces[i], faces[i + 1]) - faces[i]
+        found += Decay.of(body).down_to(own) - own
     return found
 
 
 def fastest_rate(medium: Body | PowerLawHalfSpace, layer: int) -> float:
     """Larger rate of decay of load waves in a layer: 1 where it is isotropic."""
-    return max([1.0, *(solid.fastest for i, solid in _anisotropic(medium) if i == layer)])
+    return max(1.0, float(Decay.of(_bodies(medium)[layer]).fast.max()))
 
 
-def _anisotropic(medium: Body | PowerLawHalfSpace) -> list[tuple[int, Solid]]:
-    """The transversely isotropic layers, and the base after them."""
-    bodies = (*medium.layers, medium.base) if isinstance(medium, Medium) else (medium,)
-    return [
-        (i, Solid.of(body, body.shear))
-        for i, body in enumerate(bodies)
-        if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
-    ]
+def _bodies(medium: Body | PowerLawHalfSpace) -> tuple[object, ...]:
+    """The layers, and the base after them."""
+    return (*medium.layers, medium.base) if isinstance(medium, Medium) else (medium,)

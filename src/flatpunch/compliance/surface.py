@@ -18,6 +18,7 @@ from flatpunch.compliance.graded import graded_flexibility
 from flatpunch.compliance.layered import SATURATION, half_space_flexibility, stack_flexibility
 from flatpunch.compliance.stack import Body, plane_at
 from flatpunch.media import AnyLayer, ElasticBase, GradedLayer, Interface, Medium, RigidBase
+from flatpunch.media.transverse import Plane
 
 _RTOL = 1e-12
 """Relative error of a step in graded layers."""
@@ -43,7 +44,7 @@ def surface_flexibility(body: Body, k: Array) -> tuple[Array, Array]:
     if not isinstance(body, Medium) or not body.layers:
         base = body.base if isinstance(body, Medium) else body
         assert not isinstance(base, RigidBase)
-        return half_space_flexibility(base, 1.0, k.shape), np.full(k.size, -1 / _impedance(base))
+        return half_space_flexibility(base, 1.0, k.shape), np.full(k.size, -1 / _impedance_at(_surface_plane(base))[0])
     scale = body.surface_modulus
     if any(isinstance(layer, GradedLayer) for layer in body.layers):
         along = graded_flexibility(body, k, scale)
@@ -52,22 +53,20 @@ def surface_flexibility(body: Body, k: Array) -> tuple[Array, Array]:
     return along / scale, _across(body, k)
 
 
-def _constants(body: AnyLayer | ElasticBase, z: Array) -> tuple[Array, Array]:
-    """C66 and C44 at depths below the top of a layer or half-space [Pa], shape of z."""
+def _surface_plane(body: AnyLayer | ElasticBase) -> Plane[Array]:
+    """Coefficients at the top of a layer or half-space [Pa], shape (1,)."""
     alone = Medium([body], RigidBase()) if not isinstance(body, ElasticBase) else body
-    plane = plane_at(alone, z, np.zeros(z.size, dtype=int))
-    return plane.across, 1 / plane.shear
-
-
-def _impedance(body: ElasticBase) -> float:
-    c66, c44 = _constants(body, np.zeros(1))
-    return float(np.sqrt(c66 * c44)[0])
+    return plane_at(alone, np.zeros(1), np.zeros(1, dtype=int))
 
 
 def _across(medium: Medium, k: Array) -> Array:
     """k u_t/s_tz at the surface of layers."""
     base = medium.base
-    w = np.zeros_like(k) if isinstance(base, RigidBase) else np.full(k.size, -1 / _impedance(base))
+    w = (
+        np.zeros_like(k)
+        if isinstance(base, RigidBase)
+        else np.full(k.size, -1 / _impedance_at(_surface_plane(base))[0])
+    )
     for layer in reversed(medium.layers):
         slides = not layer.bonded
         if isinstance(layer.bonded, Interface) and not slides:
@@ -77,30 +76,34 @@ def _across(medium: Medium, k: Array) -> Array:
 
 
 def _through(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
-    (c66,), (c44,) = _constants(layer, np.zeros(1))
-    impedance = np.sqrt(c66 * c44)
-    t = np.tanh(k * layer.thickness * np.sqrt(c66 / c44))
+    plane = _surface_plane(layer)
+    impedance = _impedance_at(plane)
+    t = np.tanh(k * layer.thickness * np.sqrt(plane.across * plane.shear))
     return np.asarray(-1 / (impedance * t) if slides else (w - t / impedance) / (1 - t * impedance * w))
 
 
 def _through_graded(layer: GradedLayer, w: Array, k: Array, slides: bool) -> Array:
     """From the lower face, or from the depth that a wave reaches, where the layer is its own half-space."""
-    depth = np.minimum(layer.thickness, SATURATION / k)
-    mu = _shear_modulus_at(layer, depth)
+    samples = layer.plane_at(np.linspace(0.0, layer.thickness, 2049))
+    # waves decay like exp(-k z sqrt(C66/C44))
+    slowest = float(np.sqrt(samples.across * samples.shear).min())
+    depth = np.minimum(layer.thickness, SATURATION / (k * slowest))
+    impedance = _impedance_at(layer.plane_at(depth))
     hidden = depth < layer.thickness
-    # where the face slides 1/w is carried, which is zero there; elsewhere w times the modulus below it
-    state = np.where(hidden, -1.0, 0.0 if slides else w * mu)
+    # where the face slides 1/w is carried, which is zero there; elsewhere w times the impedance below it
+    state = np.where(hidden, -1.0, 0.0 if slides else w * impedance)
     inverse = np.full(k.size, slides) & ~hidden
 
     def slope(share: float, y: Array) -> Array:
-        ratio = _shear_modulus_at(layer, share * depth) / mu
-        return np.asarray(k * depth * np.where(inverse, ratio - y * y / ratio, 1 / ratio - ratio * y * y))
+        plane = layer.plane_at(share * depth)
+        shear, across = plane.shear * impedance, plane.across / impedance
+        return np.asarray(k * depth * np.where(inverse, across - shear * y * y, shear - across * y * y))
 
     solved = scipy.integrate.solve_ivp(slope, (1.0, 0.0), state, method="DOP853", rtol=_RTOL, atol=1e-14)
     y = solved.y[:, -1]
-    return np.asarray(np.where(inverse, 1 / y, y) / mu)
+    return np.asarray(np.where(inverse, 1 / y, y) / impedance)
 
 
-def _shear_modulus_at(layer: GradedLayer, z: Array) -> Array:
-    """Shear modulus of a graded layer at depths below its top [Pa]."""
-    return np.asarray(layer.young_at(z) / (2 * (1 + layer.poisson_at(z))))
+def _impedance_at(plane: Plane[Array]) -> Array:
+    """Root of C66 C44 [Pa]."""
+    return np.sqrt(plane.across / plane.shear)

@@ -21,7 +21,7 @@ from math import sqrt
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags
-from flatpunch.media.transverse import Plane, TransverselyIsotropic, exponents, plane_of
+from flatpunch.media.transverse import N, Plane, TransverselyIsotropic, exponents, over, plane_of
 
 REACH = 25.0
 """Rate of decay times k h from which a layer hides what lies below it."""
@@ -40,27 +40,22 @@ class Solid:
         Its coefficients.
     """
 
-    plane: Plane
+    plane: Plane[float]
 
     @classmethod
     def of(cls, body: TransverselyIsotropic, scale: float) -> Solid:
         """Material of a layer or half-space."""
-        q, shear, soft, stiff, across = plane_of(body)
-        return cls(Plane(q, shear * scale, soft * scale, stiff / scale, across / scale))
+        return cls(over(scale, plane_of(body)))
 
     @cached_property
     def rates(self) -> tuple[float, float]:
         """Sum s and product d of the rates of decay."""
-        return exponents(self.plane)
+        return exponents(self.plane)[:2]
 
     @cached_property
     def square(self) -> float:
         """e^2: the square of half the difference of the rates, negative for a complex pair."""
-        q, shear, soft, stiff, _ = self.plane
-        d = self.rates[1]
-        # d + q without cancellation
-        rest = d + q if q > 0 else stiff * soft / (d - q)
-        return (stiff * shear - 2 * rest) / 4
+        return exponents(self.plane)[3]
 
     @cached_property
     def slowest(self) -> float:
@@ -77,16 +72,12 @@ class Solid:
     @cached_property
     def system(self) -> Array:
         """A."""
-        q, shear, soft, stiff, _ = self.plane
-        return np.array([[0, 1, shear, 0], [-q, 0, 0, soft], [stiff, 0, 0, q], [0, 0, -1, 0]])
+        return system_of(self.plane)
 
     @cached_property
     def flexibility(self) -> Array:
         """H of a half-space, shape (2, 2)."""
-        q, _, soft, stiff, _ = self.plane
-        s, d = self.rates
-        mixed = soft / (d + q) if q > 0 else (d - q) / stiff
-        return np.array([[-s / stiff, mixed], [mixed, -s * d / stiff]])
+        return flexibility_of(self.plane)
 
     @cached_property
     def generator(self) -> Array:
@@ -146,6 +137,21 @@ class Solid:
         if x.ndim == 2:
             powers = [each[..., None] for each in powers]
         return np.asarray(c0 * powers[0] - c1 * powers[1] + c2 * powers[2] - c3 * powers[3])
+
+
+def system_of(plane: Plane[N]) -> Array:
+    """A, shape (4, 4, ...)."""
+    q, shear, soft, stiff, _ = plane
+    none, one = 0 * q, 0 * q + 1
+    return np.array(
+        [[none, one, shear, none], [-q, none, none, soft], [stiff, none, none, q], [none, none, -one, none]]
+    )
+
+
+def flexibility_of(plane: Plane[N]) -> Array:
+    """H of a half-space, shape (2, 2, ...)."""
+    s, d, mixed, _ = exponents(plane)
+    return np.array([[-s, mixed], [mixed, -s * d]]) / plane.stiffness
 
 
 _MIRROR = np.outer([1.0, -1.0, -1.0, 1.0], [-1.0, 1.0])

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from scipy.integrate import quad
 
-from flatpunch._support.checks import Array
 from flatpunch.media import (
     AnyLayer,
     Body,
@@ -21,6 +20,7 @@ from flatpunch.media import (
     TwoBodies,
     underlying,
 )
+from flatpunch.media.transverse import isotropic_plane
 
 
 def uniform_compliance(medium: Body) -> float:
@@ -37,12 +37,7 @@ def uniform_compliance(medium: Body) -> float:
 def _squeezed(layer: AnyLayer) -> float:
     """Shortening of a layer per pressure [m/Pa]; its sides do not move."""
     if isinstance(layer, Layer):
-        return layer.thickness * _softness(layer.young, layer.poisson)
+        return layer.thickness * isotropic_plane(layer.young, layer.poisson).oedometric
     if isinstance(layer, GradedLayer):
-        return float(quad(lambda z: _softness(layer.young_at(z), layer.poisson_at(z)), 0.0, layer.thickness)[0])
+        return float(quad(lambda z: float(layer.plane_at(z).oedometric), 0.0, layer.thickness)[0])
     return layer.thickness / layer.stiffnesses.c33
-
-
-def _softness(young: float | Array, poisson: float | Array) -> float:
-    """1/M [1/Pa], M the modulus of uniaxial strain."""
-    return float((1 + poisson) * (1 - 2 * poisson) / ((1 - poisson) * young))

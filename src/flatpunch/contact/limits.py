@@ -34,6 +34,7 @@ from flatpunch.media import (
     TwoBodies,
     underlying,
 )
+from flatpunch.media.transverse import contact_modulus
 
 STEEPEST = np.tan(np.radians(30.0))
 """Mean inclination at the rim of a tip, and rms slope of a rough surface, above which a result has a note about small slopes."""
@@ -203,8 +204,7 @@ def _softness_of(body: Solid | AnyLayer | RigidBase) -> float:
     if isinstance(body, (HalfSpace, Layer, TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer)):
         return 1 / body.surface_modulus
     if isinstance(body, GradedLayer):
-        z = np.linspace(0.0, body.thickness, 100)
-        return float(np.max((1 - body.poisson_at(z) ** 2) / body.young_at(z)))
+        return float(np.max(1 / contact_modulus(body.plane_at(np.linspace(0.0, body.thickness, 100)))))
     return float("inf")
 
 

@@ -253,7 +253,7 @@ def words(thing: object, skip: tuple[str, ...] = ()) -> str:
     assert dataclasses.is_dataclass(thing)
     for field in dataclasses.fields(thing):
         value = getattr(thing, field.name)
-        if not field.repr or field.name.startswith("_") or field.name in skip or value == ():
+        if not field.repr or field.name.startswith("_") or field.name in skip or value is None or value == ():
             continue
         parts.append(f"{field.name} {_value(name, field.name, value)}")
     return f"{name} {', '.join(parts)}".strip()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -94,7 +95,7 @@ def _reasons(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         yield "polonsky1999", "boundary elements, the conjugate gradients that their solver extends"
     if '"PowerLawHalfSpace"' in parts:
         yield "giannakopoulos1997", "contacts on power-law graded half-spaces"
-    if '"TransverselyIsotropic' in parts:
+    if re.search(r'"young_axial": (?!null)', parts):
         yield "delafargue2004", "the surface modulus of transversely isotropic bodies"
     if facts.get("work_of_adhesion"):
         yield "johnson1971", "adhesion"

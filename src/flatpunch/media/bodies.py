@@ -16,7 +16,12 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
 from flatpunch.media.graded import CONTRAST, GradedLayer
 from flatpunch.media.interface import Interface, in_words, lower_face
-from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer, summary
+from flatpunch.media.transverse import (
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+    constants_of,
+    summary,
+)
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."
 
@@ -216,7 +221,9 @@ class Medium:
 def _elasticity(body: AnyLayer | ElasticBase) -> tuple[str, str]:
     """Modulus and Poisson ratio of a layer or base, as text."""
     if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
-        return summary(body)
+        return summary(constants_of(body))
+    if isinstance(body, GradedLayer) and body.anisotropic:
+        return summary([getattr(body, name) for name in body.laws])
     return quantity_of("young", body.young), quantity_of("poisson", body.poisson)
 
 

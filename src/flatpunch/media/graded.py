@@ -1,25 +1,32 @@
 """Layers whose elastic constants vary with depth.
 
-z is measured from the layer's own top. Young's modulus and Poisson ratio are laws of z (see `laws` and `formula`),
-any function of z, or tables. Both are checked over the whole thickness when the layer is built.
+Depth z is measured from the layer's own upper face. Modulus and Poisson ratio are laws of z (see `laws` and `formula`),
+any function of z, or tables; so are the five constants where the layer is transversely isotropic. All are checked over the whole
+thickness when the layer is built.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+import scipy
 
-from flatpunch._support.checks import Array, BadValue, brief, positive, real, shown, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, positive, real, shown, values
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.media.interface import Interface, lower_face
 from flatpunch.media.laws import Constant, DepthTable, Law
+from flatpunch.media.transverse import Plane, contact_modulus, isotropic_plane, plane_of_arrays
 
 CONTRAST = 1e25
 """Ratio of moduli, or of lengths, beyond which solutions overflow or do not end; fits try media of 1e18 on their way."""
+
+_AXIAL = ("young_axial", "poisson_axial", "shear")
+"""Constants that only transversely isotropic layers have."""
 
 _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at least the thickness"
 
@@ -27,7 +34,7 @@ _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at lea
 @readable
 @dataclass(frozen=True, slots=True)
 class GradedLayer:
-    """Isotropic elastic layer whose constants vary with depth.
+    """Elastic layer whose constants vary with depth: isotropic, or transversely isotropic about z.
 
     Parameters
     ----------
@@ -42,65 +49,170 @@ class GradedLayer:
     bonded : bool or Interface
         Whether the lower face sticks to what lies below; otherwise it slides without friction (and does not lift off), or
         yields like the springs of an Interface.
+    young_axial, shear : law, function, table or float, optional
+        Young's modulus along z and shear modulus between the plane and z, C44 [Pa], > 0 everywhere. With `poisson_axial` they
+        make the layer transversely isotropic; `young` and `poisson` are then those in the plane, and -1 < poisson < 1.
+    poisson_axial : float, law, function or table, optional
+        Contraction in the plane under a stress along z [-].
 
     Raises
     ------
     ValueError, TypeError
-        If a value is outside its range; the message names it, and the depth at which it happens.
+        If a value is outside its range, or the body would not be stable; the message names it, and the depth at which it happens.
 
     See Also
     --------
     LinearModulus, ExponentialModulus, PowerModulus, DepthTable, Formula : Laws of the modulus over depth.
-    Layer : A constant modulus.
+    Layer, TransverselyIsotropicLayer : Constants that do not vary.
 
     Examples
     --------
     >>> layer = fp.GradedLayer(young=fp.LinearModulus(1e9, 2e9, 1e-6), poisson=0.3, thickness=1e-6)
     >>> print(f"{layer.surface_modulus:.4g} Pa")
     1.099e+09 Pa
+    >>> columns = fp.GradedLayer(
+    ...     young=250e9, poisson=0.25, thickness=1e-6, young_axial=([0, 1e-6], [400e9, 250e9]), poisson_axial=0.2, shear=100e9
+    ... )
+    >>> print(f"{columns.surface_modulus / 1e9:.0f} GPa")
+    335 GPa
     """
 
     young: Any
     poisson: Any
     thickness: float
     bonded: bool | Interface = True
+    young_axial: Any = None
+    poisson_axial: Any = None
+    shear: Any = None
 
     def __post_init__(self) -> None:
         hint = "Layers run from the free surface down; what lies below them all is the base."
         object.__setattr__(self, "thickness", positive("GradedLayer.thickness", self.thickness, hint, unit="m"))
-        object.__setattr__(self, "young", _as_law("GradedLayer.young", self.young, self.thickness, "Pa"))
-        object.__setattr__(self, "poisson", _as_law("GradedLayer.poisson", self.poisson, self.thickness, "1"))
         object.__setattr__(self, "bonded", lower_face("GradedLayer.bonded", self.bonded))
-        z = np.unique(np.concatenate([np.linspace(0.0, self.thickness, 2049), self.breaks]))
-        _check_profile("GradedLayer.young", z, self.young_at, _young_fault)
-        _check_profile("GradedLayer.poisson", z, self.poisson_at, _poisson_fault)
-        moduli = self.young_at(z)
-        if moduli.max() > CONTRAST * moduli.min():
-            raise BadValue(
-                "GradedLayer.young",
-                f"{moduli.min():.3g} to {moduli.max():.3g} Pa",
-                f"must not differ by more than a factor of {CONTRAST:.0e} over the depth. Check the units.",
-            )
+        self._check_kind()
+        for name in self.laws:
+            unit = "1" if name.startswith("poisson") else "Pa"
+            law = _as_law(f"GradedLayer.{name}", getattr(self, name), self.thickness, unit)
+            object.__setattr__(self, name, law)
+        self._check_range(np.unique(np.concatenate([np.linspace(0.0, self.thickness, 2049), self.breaks])))
+
+    @property
+    def anisotropic(self) -> bool:
+        """Whether the layer is transversely isotropic, not isotropic."""
+        return self.shear is not None
+
+    @property
+    def _absent_(self) -> tuple[str, ...]:
+        return () if self.anisotropic else _AXIAL
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Names of the constants: two, or five in the order of `TransverselyIsotropicLayer`."""
+        return (
+            ("young", "young_axial", "poisson", "poisson_axial", "shear") if self.anisotropic else ("young", "poisson")
+        )
 
     def young_at(self, z: Array) -> Array:
-        """Young's modulus [Pa] at depths z [m], 0 <= z <= thickness, any shape."""
+        """Young's modulus [Pa], in the plane, at depths z [m], 0 <= z <= thickness, any shape."""
         return _evaluate(self.young, z)
 
     def poisson_at(self, z: Array) -> Array:
-        """Poisson ratio [-] at depths z [m], any shape."""
+        """Poisson ratio [-], in the plane, at depths z [m], any shape."""
         return _evaluate(self.poisson, z)
+
+    def constants_at(self, z: Array) -> tuple[Array, ...]:
+        """The constants named by `laws` at depths z [m], any shape."""
+        return tuple(_evaluate(getattr(self, name), z) for name in self.laws)
+
+    def plane_at(self, z: Array) -> Plane[Array]:
+        """Plane-strain coefficients at depths z [m], any shape.
+
+        A ValueError says that the constants leave their ranges between the depths at which the layer was checked.
+        """
+        constants = self.constants_at(z)
+        with np.errstate(all="ignore"):  # what is not finite is refused below
+            if self.anisotropic:
+                plane = plane_of_arrays(constants)
+                stable = np.isfinite(plane.oedometric)
+            else:
+                young, nu = constants
+                plane = isotropic_plane(young, nu)
+                stable = (young > 0) & np.isfinite(young) & (nu > -1) & (nu <= 0.5)
+        if not stable.all():
+            i = int(np.argmin(stable))
+            found = ", ".join(f"{name} = {each.flat[i]:g}" for name, each in zip(self.laws, constants, strict=True))
+            raise ValueError(
+                f"GradedLayer has {found} at depth z = {text(float(np.asarray(z).flat[i]), 'm')}, of which no stable material "
+                "can be made; moduli must be > 0 and Poisson ratios within their limits at every depth."
+            )
+        return plane
 
     @property
     def breaks(self) -> tuple[float, ...]:
         """Depths inside the layer at which a table changes from one cubic to the next [m]."""
-        inner = {z for law in (self.young, self.poisson) for z in getattr(law, "breaks", ())}
+        inner = {z for name in self.laws for z in getattr(getattr(self, name), "breaks", ())}
         return tuple(sorted(z for z in inner if 0 < z < self.thickness))
 
     @property
     def surface_modulus(self) -> float:
-        """Plane-strain modulus E* at the upper face [Pa]."""
-        young, poisson = self.young_at(np.zeros(1))[0], self.poisson_at(np.zeros(1))[0]
-        return float(young / (1 - poisson**2))
+        """Plane-strain modulus E* at the upper face [Pa]; of a transversely isotropic layer the contact modulus."""
+        plane = self.plane_at(np.zeros(1))
+        return float((contact_modulus(plane) if self.anisotropic else plane.stiffness)[0])
+
+    def _check_kind(self) -> None:
+        missing = [name for name in _AXIAL if getattr(self, name) is None]
+        if missing and len(missing) < len(_AXIAL):
+            raise BadValue(
+                f"GradedLayer.{missing[0]}",
+                "None",
+                "is missing: young_axial, poisson_axial and shear together make the layer transversely isotropic; give all three "
+                "or none.",
+            )
+
+    def _check_range(self, z: Array) -> None:
+        poisson = _poisson_in_plane_fault if self.anisotropic else _poisson_fault
+        moduli = []
+        for name in self.laws:
+            law = getattr(self, name)
+            if name.startswith("poisson"):
+                fault = poisson if name == "poisson" else _number_fault
+            else:
+                fault = _young_fault
+            _check_profile(f"GradedLayer.{name}", z, partial(_evaluate, law), fault)
+            if fault is _young_fault:
+                moduli.append(_evaluate(law, z))
+        if np.max(moduli) > CONTRAST * np.min(moduli):
+            raise BadValue(
+                "GradedLayer.young",
+                f"{np.min(moduli):.3g} to {np.max(moduli):.3g} Pa",
+                f"must not differ by more than a factor of {CONTRAST:.0e} over the depth. Check the units.",
+            )
+        if self.anisotropic:
+            self._check_stability(z)
+
+    def _check_stability(self, z: Array) -> None:
+        """Refuse a contraction along z that makes the body unstable, at the depths z or at the worst depth between them."""
+
+        def excess(depth: Array) -> Array:
+            """Share by which the square of the axial ratio exceeds its limit."""
+            young, axial, nu, nu_axial, _ = self.constants_at(depth)
+            return np.asarray(2 * nu_axial**2 * young / (axial * (1 - nu)) - 1)
+
+        worst = int(np.argmax(excess(z)))
+        around = z[max(worst - 1, 0)], z[min(worst + 1, z.size - 1)]
+        between = scipy.optimize.minimize_scalar(
+            lambda depth: -excess(np.array([depth]))[0], bounds=around, method="bounded"
+        )
+        deepest = np.array([z[worst], between.x])
+        at = deepest[np.argmax(excess(deepest))]
+        if excess(np.array([at]))[0] > ROUNDING:
+            young, axial, nu, nu_axial, _ = (float(each[0]) for each in self.constants_at(np.array([at])))
+            raise BadValue(
+                "GradedLayer.poisson_axial",
+                f"{nu_axial:g}",
+                f"at depth z = {text(float(at), 'm')} makes the body unstable: its square must not exceed "
+                f"(1 - poisson)/2 young_axial/young = {(1 - nu) / 2 * axial / young:.4g} there.",
+            )
 
 
 def _as_law(name: str, value: object, thickness: float, unit: str) -> Law:
@@ -175,6 +287,14 @@ def _poisson_fault(value: float) -> str:
     if -1 < value <= 0.5:
         return ""
     return "must lie in -1 < poisson <= 0.5. 0.5 is incompressible and allowed; above it an isotropic body is unstable."
+
+
+def _poisson_in_plane_fault(value: float) -> str:
+    return "" if -1 < value < 1 else "must lie in -1 < poisson < 1 in a transversely isotropic layer."
+
+
+def _number_fault(value: float) -> str:
+    return "" if np.isfinite(value) else "must be finite."
 
 
 def _check_profile(name: str, z: Array, law: Callable[[Array], Array], fault: Callable[[float], str]) -> None:

@@ -12,15 +12,19 @@ The strain energy is positive if E, E_z, G > 0, |nu| < 1 and 1 - nu - 2 nu_z^2 E
 from __future__ import annotations
 
 from abc import ABC
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf, sqrt
-from typing import NamedTuple
+from math import inf, nan
+from typing import Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from flatpunch._support.checks import positive, real, shown
+from flatpunch._support.checks import ROUNDING, Array, positive, real, shown
 from flatpunch._support.readable import quantity_of, readable
 from flatpunch.media.interface import Interface, lower_face
+
+N = TypeVar("N", float, Array)
+"""One material, or one at each of many depths."""
 
 
 class Stiffnesses(NamedTuple):
@@ -38,17 +42,17 @@ class Stiffnesses(NamedTuple):
         return (self.c11 - self.c12) / 2
 
 
-class Plane(NamedTuple):
+class Plane(NamedTuple, Generic[N]):
     """Coefficients of plane strain along a wave in a transversely isotropic body, and the shear stiffness across it.
 
     s_ll = stiffness e_ll + coupling s_zz,  e_zz = oedometric s_zz - coupling e_ll,  2 e_lz = shear s_lz,  s_ln = 2 across e_ln.
     """
 
-    coupling: float
-    shear: float
-    oedometric: float
-    stiffness: float
-    across: float
+    coupling: N
+    shear: N
+    oedometric: N
+    stiffness: N
+    across: N
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +85,7 @@ class _Constants(ABC):
     @property
     def surface_modulus(self) -> float:
         """Contact modulus E* of the surface [Pa]: a frictionless rigid punch of radius a has the stiffness 2 E* a."""
-        return _contact_modulus(plane_of(self))
+        return contact_modulus(plane_of(self))
 
 
 @readable
@@ -206,34 +210,57 @@ def scaled(body: TransverselyIsotropic, factor: float) -> TransverselyIsotropic:
     return replace(body, **moduli)
 
 
-def summary(body: TransverselyIsotropic) -> tuple[str, str]:
-    """Moduli and Poisson ratios in words."""
-    plane, axial, shear = (quantity_of("young", value) for value in (body.young_in_plane, body.young_axial, body.shear))
-    ratios = [quantity_of("poisson", value) for value in (body.poisson_in_plane, body.poisson_axial)]
-    return f"{plane} in plane, {axial} axial, shear {shear}", f"{ratios[0]}, axial {ratios[1]}"
+def summary(constants: Sequence[object]) -> tuple[str, str]:
+    """Moduli and Poisson ratios, numbers or laws of depth, in words."""
+    young, young_axial, poisson, poisson_axial, shear = constants
+    plane, axial, between = (quantity_of("young", value) for value in (young, young_axial, shear))
+    ratios = [quantity_of("poisson", value) for value in (poisson, poisson_axial)]
+    return f"{plane} in plane, {axial} axial, shear {between}", f"{ratios[0]}, axial {ratios[1]}"
 
 
-def plane_of(body: _Constants) -> Plane:
+def plane_of(body: _Constants) -> Plane[float]:
     """Plane-strain coefficients of a body [Pa]."""
-    return _plane(*(getattr(body, name) for name in CONSTANTS))
+    return _plane(*constants_of(body), _slack(*constants_of(body)[:4]))
 
 
-def _plane(young: float, axial: float, nu: float, nu_axial: float, shear: float) -> Plane:
+def plane_of_arrays(constants: Sequence[Array]) -> Plane[Array]:
+    """Plane-strain coefficients of the five constants at many depths [Pa]; NaN where the body would not be stable."""
+    young, axial, nu, nu_axial, shear = constants
+    slack = 1 - nu - 2 * nu_axial * nu_axial * young / axial
+    # zero where the body is incompressible along z, up to the rounding of the laws
+    slack = np.where(np.abs(slack) <= ROUNDING * (1 - nu), 0.0, np.where(slack > 0, slack, nan))
+    stable = (np.minimum(np.minimum(young, axial), shear) > 0) & (np.abs(nu) < 1)
+    return _plane(young, axial, nu, nu_axial, shear, np.where(stable, slack, nan))
+
+
+def constants_of(body: _Constants) -> tuple[float, float, float, float, float]:
+    """The five constants of a body."""
+    return body.young_in_plane, body.young_axial, body.poisson_in_plane, body.poisson_axial, body.shear
+
+
+def _plane(young: N, axial: N, nu: N, nu_axial: N, shear: N, slack: N) -> Plane[N]:
     return Plane(
         coupling=young / axial * nu_axial / (1 - nu),
         shear=1 / shear,
-        oedometric=_slack(young, axial, nu, nu_axial) / ((1 - nu) * axial),
+        oedometric=slack / ((1 - nu) * axial),
         stiffness=young / (1 - nu * nu),
         across=young / (2 * (1 + nu)),
     )
 
 
-def isotropic_plane(young: float, poisson: float) -> Plane:
+def over(scale: float, plane: Plane[N]) -> Plane[N]:
+    """Coefficients with stresses in units of a scale."""
+    q, shear, soft, stiff, across = plane
+    return Plane(q, shear * scale, soft * scale, stiff / scale, across / scale)
+
+
+def isotropic_plane(young: N, nu: N) -> Plane[N]:
     """Plane-strain coefficients of isotropic material [Pa]."""
-    return _plane(young, young, poisson, poisson, young / (2 * (1 + poisson)))
+    mu = young / (2 * (1 + nu))
+    return Plane(nu / (1 - nu), 1 / mu, (1 - 2 * nu) / (2 * mu * (1 - nu)), 2 * mu / (1 - nu), mu)
 
 
-def from_plane(plane: Plane) -> tuple[float, float, float, float, float]:
+def from_plane(plane: Plane[float]) -> tuple[float, float, float, float, float]:
     """The five constants of a body with given coefficients."""
     nu = 1 - 2 * plane.across / plane.stiffness
     young = 2 * plane.across * (1 + nu)
@@ -241,23 +268,35 @@ def from_plane(plane: Plane) -> tuple[float, float, float, float, float]:
     return young, axial, nu, plane.coupling * (1 - nu) * axial / young, 1 / plane.shear
 
 
-def plane_slopes(body: TransverselyIsotropic) -> dict[str, Plane]:
+def plane_slopes(constants: Sequence[N]) -> dict[str, Plane[N]]:
     """Derivatives of the coefficients by each of the five constants, all others fixed."""
-    e, z, nu, nu_z, g = (getattr(body, name) for name in CONSTANTS)
+    e, z, nu, nu_z, g = constants
     q, slack = e / z * nu_z / (1 - nu), 1 - nu - 2 * nu_z**2 * e / z
     soft = -2 * nu_z**2 / (z * z * (1 - nu))
+    zero = 0 * e
     return {
-        "young_in_plane": Plane(q / e, 0.0, soft, 1 / (1 - nu * nu), 1 / (2 * (1 + nu))),
-        "young_axial": Plane(-q / z, 0.0, -slack / ((1 - nu) * z * z) - soft * e / z, 0.0, 0.0),
+        "young_in_plane": Plane(q / e, zero, soft, 1 / (1 - nu * nu), 1 / (2 * (1 + nu))),
+        "young_axial": Plane(-q / z, zero, -slack / ((1 - nu) * z * z) - soft * e / z, zero, zero),
         "poisson_in_plane": Plane(
             q / (1 - nu),
-            0.0,
+            zero,
             soft * e / (1 - nu),
             2 * nu * e / (1 - nu * nu) ** 2,
             -e / (2 * (1 + nu) ** 2),
         ),
-        "poisson_axial": Plane(e / (z * (1 - nu)), 0.0, -4 * nu_z * e / (z * z * (1 - nu)), 0.0, 0.0),
-        "shear": Plane(0.0, -1 / g**2, 0.0, 0.0, 0.0),
+        "poisson_axial": Plane(e / (z * (1 - nu)), zero, -4 * nu_z * e / (z * z * (1 - nu)), zero, zero),
+        "shear": Plane(zero, -1 / g**2, zero, zero, zero),
+    }
+
+
+def isotropic_slopes(young: N, poisson: N) -> dict[str, Plane[N]]:
+    """Derivatives of the coefficients of isotropic material by Young's modulus and the Poisson ratio."""
+    shear = young / (2 * (1 + poisson))
+    in_plane, axial, nu, nu_axial, by_shear = plane_slopes((young, young, poisson, poisson, shear)).values()
+    along = shear / young, -shear / (1 + poisson)
+    return {
+        "young": Plane(*(a + b + along[0] * c for a, b, c in zip(in_plane, axial, by_shear, strict=True))),
+        "poisson": Plane(*(a + b + along[1] * c for a, b, c in zip(nu, nu_axial, by_shear, strict=True))),
     }
 
 
@@ -301,38 +340,51 @@ def _engineering(kind: str, given: Stiffnesses) -> tuple[float, float, float, fl
     return young, determinant / bulk, (c12 * c33 - c13 * c13) / (c11 * c33 - c13 * c13), c13 / bulk, c44
 
 
-def exponents(plane: Plane) -> tuple[float, float]:
-    """Sum s and product d of the two rates at which fields decay with depth, per wavenumber; both positive.
+def exponents(plane: Plane[N]) -> tuple[N, N, N, N]:
+    """Sum s and product d of the two rates at which fields decay with depth, per wavenumber, d - q, and e^2 = s^2/4 - d.
 
-    The rates are the roots of p^2 - s p + d: real, equal or a complex pair.
+    The rates are the roots of p^2 - s p + d: real, equal or a complex pair; s and d are positive.
     """
     q, shear, soft, stiff, _ = plane
-    d = sqrt(q * q + stiff * soft)
-    # d - q without cancellation
-    rest = stiff * soft / (d + q) if q > 0 else d - q
-    return sqrt(stiff * shear + 2 * rest), d
+    d = (q * q + stiff * soft) ** 0.5
+    # notation: d - q and d + q, of which one cancels, from the other
+    large, upper = d + abs(q), 1.0 * (q > 0)
+    small = stiff * soft / large
+    less, more = small * upper + large * (1 - upper), large * upper + small * (1 - upper)
+    return (stiff * shear + 2 * less) ** 0.5, d, less, (stiff * shear - 2 * more) / 4
 
 
-def _contact_modulus(plane: Plane) -> float:
-    s, d = exponents(plane)
+def rates_of(plane: Plane[Array]) -> tuple[Array, Array]:
+    """Rate at which waves decay with k z at least, along the wave and across it, and the magnitude of the largest rate."""
+    s, d, _, square = exponents(plane)
+    # of a complex pair the real part, and the magnitude
+    fast = np.where(square > 0, s / 2 + np.sqrt(np.maximum(square, 0.0)), np.sqrt(d))
+    across = np.sqrt(plane.across * plane.shear)
+    return np.minimum(np.where(square > 0, d / fast, s / 2), across), np.maximum(fast, across)
+
+
+def contact_modulus(plane: Plane[N]) -> N:
+    """Contact modulus E* of a half-space [Pa]."""
+    s, d, _, _ = exponents(plane)
     return 2 * plane.stiffness / (s * d)
 
 
-def exponent_slopes(plane: Plane, change: Plane) -> tuple[float, float]:
+def exponent_slopes(plane: Plane[N], change: Plane[N]) -> tuple[N, N]:
     """Changes of the sum s and the product d of both rates, d^2 = q^2 + M/C33 and s^2 = M/C44 + 2 (d - q)."""
-    s, d = exponents(plane)
+    s, d, _, _ = exponents(plane)
     soft = change.stiffness * plane.oedometric + plane.stiffness * change.oedometric
     shear = change.stiffness * plane.shear + plane.stiffness * change.shear
     of_d = (2 * plane.coupling * change.coupling + soft) / (2 * d)
     return (shear + 2 * (of_d - change.coupling)) / (2 * s), of_d
 
 
-def surface_slopes(body: TransverselyIsotropic) -> dict[str, float]:
+def surface_slopes(constants: Sequence[float]) -> dict[str, float]:
     """Derivatives of ln E* by each of the five constants, all others fixed."""
-    plane = plane_of(body)
-    s, d = exponents(plane)
+    young, axial, nu, nu_axial, shear = constants
+    plane = _plane(young, axial, nu, nu_axial, shear, _slack(young, axial, nu, nu_axial))
+    s, d, _, _ = exponents(plane)
     found = {}
-    for name, change in plane_slopes(body).items():
+    for name, change in plane_slopes(constants).items():
         of_s, of_d = exponent_slopes(plane, change)
         found[name] = change.stiffness / plane.stiffness - of_s / s - of_d / d
     return found

@@ -218,7 +218,7 @@ def _constants(body: object) -> tuple[str, ...]:
 
 def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> list[Parameter]:
     found = []
-    for kind in ("young", "poisson"):
+    for kind in layer.laws:
         law = getattr(layer, kind)
         if isinstance(law, Constant):
             found.append(

@@ -32,7 +32,7 @@ from flatpunch.media import (
     TransverselyIsotropicLayer,
     TwoBodies,
 )
-from flatpunch.media.transverse import surface_slopes
+from flatpunch.media.transverse import constants_of, surface_slopes
 from flatpunch.sensitivity.parameters import Parameter, difference
 
 
@@ -122,12 +122,15 @@ def _surface_change(parameter: Parameter, body: Layered) -> float:
     if isinstance(top, Medium):
         top = top.base
     if isinstance(top, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
-        return surface_slopes(top)[parameter.kind]
-    zero = np.zeros(1)
+        return surface_slopes(constants_of(top))[parameter.kind]
     if isinstance(top, GradedLayer):
-        young, nu = float(top.young_at(zero)[0]), float(top.poisson_at(zero)[0])
+        constants = tuple(float(each) for each in top.constants_at(np.zeros(())))
+        kinds = top.laws
     else:
         assert isinstance(top, (Layer, HalfSpace))
-        young, nu = top.young, top.poisson
-    change = 1.0 if parameter.law is None else float(law_change(parameter, zero)[0])
-    return change / young if parameter.kind == "young" else change * 2 * nu / (1 - nu * nu)
+        constants, kinds = (top.young, top.poisson), ("young", "poisson")
+    change = 1.0 if parameter.law is None else float(law_change(parameter, np.zeros(1))[0])
+    if len(constants) == 2:
+        young, nu = constants
+        return change / young if parameter.kind == "young" else change * 2 * nu / (1 - nu * nu)
+    return change * dict(zip(kinds, surface_slopes(constants).values(), strict=True))[parameter.kind]

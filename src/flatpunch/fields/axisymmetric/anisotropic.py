@@ -26,8 +26,14 @@ from flatpunch.fields.axisymmetric.radial import (
     normal_waves,
     shear_waves,
 )
-from flatpunch.media import Medium, PowerLawHalfSpace, TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
-from flatpunch.media.transverse import CONSTANTS
+from flatpunch.media import (
+    GradedLayer,
+    Medium,
+    PowerLawHalfSpace,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+)
+from flatpunch.media.transverse import constants_of
 
 _CLOSE, _CIRCLE, _POINTS = 1e-3, 0.1, 16
 """Difference of the rates over their mean below which the circle is taken, its radius over the mean, and its points, which leave
@@ -44,7 +50,11 @@ def surface_part(body: Body | PowerLawHalfSpace) -> SurfacePart | AnisotropicPar
     if isinstance(body, Medium):
         top = body.layers[0] if body.layers else body.base
     if isinstance(top, TransverselyIsotropicLayer):
-        return AnisotropicPart(TransverselyIsotropicHalfSpace(*(getattr(top, name) for name in CONSTANTS)))
+        return AnisotropicPart(TransverselyIsotropicHalfSpace(*constants_of(top)))
+    if isinstance(top, GradedLayer) and top.anisotropic:
+        return AnisotropicPart(
+            TransverselyIsotropicHalfSpace(*(float(each) for each in top.constants_at(np.zeros(()))))
+        )
     if isinstance(top, TransverselyIsotropicHalfSpace):
         return AnisotropicPart(top)
     assert not isinstance(body, TransverselyIsotropicHalfSpace)

@@ -1,6 +1,6 @@
 """Tables of a case file that describe the pressed body: layers from the surface down, and what lies below them.
 
-The modulus and the Poisson ratio of a layer are one value, a named law, a table over depth, or a formula in the depth z;
+The moduli and Poisson ratios of a layer are one value, a named law, a table over depth, or a formula in the depth z each;
 any of the last three makes the layer a graded one.
 """
 
@@ -145,21 +145,18 @@ Poisson = Annotated[
 ]
 
 
-def _five_constants(table: LayerTable | HalfSpaceTable) -> tuple[float, float, float, float, float] | None:
-    """Elastic constants of a transversely isotropic material, which has the fields along z; None of all others."""
-    young, poisson, axial, poisson_axial, shear = (
-        getattr(table, name) for name in ("young", "poisson", "young_axial", "poisson_axial", "shear")
-    )
-    if axial is None and poisson_axial is None and shear is None:
-        return None
-    if axial is None or poisson_axial is None or shear is None:
+_FIVE = ("young", "poisson", "young_axial", "poisson_axial", "shear")
+
+
+def _anisotropic(table: LayerTable | HalfSpaceTable) -> bool:
+    """Whether it is a transversely isotropic material, which has the fields along z."""
+    given = [getattr(table, name) is not None for name in _FIVE[2:]]
+    if any(given) and not all(given):
         raise ValueError(
             "young_axial, poisson_axial and shear belong together: give all three for a transversely isotropic material, whose "
             "young and poisson are those of the plane."
         )
-    if not (isinstance(young, float) and isinstance(poisson, float)):
-        raise ValueError("young and poisson must be single values in a transversely isotropic layer.")
-    return young, axial, poisson, poisson_axial, shear
+    return all(given)
 
 
 class LayerTable(Table):
@@ -172,22 +169,21 @@ class LayerTable(Table):
     lifts_off: Switch | None = None
     interface_normal: InterfaceStiffness | None = None
     interface_shear: InterfaceStiffness | None = None
-    young_axial: Pressure | None = None
-    poisson_axial: Number | None = None
-    shear: Pressure | None = None
+    young_axial: Modulus | None = None
+    poisson_axial: Poisson | None = None
+    shear: Modulus | None = None
 
     def build(self, folder: Path) -> AnyLayer:
         """Return the layer."""
-        bonded = self._lower_face()
-        constants = _five_constants(self)
-        if constants is not None:
-            return TransverselyIsotropicLayer(*constants, self.thickness, bonded)
-        young, poisson = (
-            value.over(self.thickness) if isinstance(value, _Profile) else value for value in (self.young, self.poisson)
-        )
-        if isinstance(young, float) and isinstance(poisson, float):
-            return Layer(young, poisson, self.thickness, bonded)
-        return GradedLayer(young, poisson, self.thickness, bonded)
+        bonded, h, anisotropic = self._lower_face(), self.thickness, _anisotropic(self)
+        given = [getattr(self, name) for name in _FIVE]
+        if any(isinstance(each, _Profile) for each in given):
+            young, poisson, *axial = (each.over(h) if isinstance(each, _Profile) else each for each in given)
+            return GradedLayer(young, poisson, h, bonded, *axial)
+        young, poisson, young_axial, poisson_axial, shear = given
+        if anisotropic:
+            return TransverselyIsotropicLayer(young, young_axial, poisson, poisson_axial, shear, h, bonded)
+        return Layer(young, poisson, h, bonded)
 
     def _lower_face(self) -> bool | Interface:
         if self.interface_normal is None and self.interface_shear is None:
@@ -213,10 +209,10 @@ class HalfSpaceTable(Table):
 
     def build(self, folder: Path) -> ElasticBase:
         """Return the half-space."""
-        constants = _five_constants(self)
-        if constants is not None:
-            return TransverselyIsotropicHalfSpace(*constants)
-        return HalfSpace(self.young, self.poisson)
+        if not _anisotropic(self):
+            return HalfSpace(self.young, self.poisson)
+        young, poisson, axial, poisson_axial, shear = (getattr(self, name) for name in _FIVE)
+        return TransverselyIsotropicHalfSpace(young, axial, poisson, poisson_axial, shear)
 
 
 class PowerLawTable(Table):

@@ -30,7 +30,7 @@ from flatpunch.fit.parameters.scaling import external, internal, replaced, slope
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.quantities import label, quantity
-from flatpunch.media import Body, HalfSpace, Medium, TransverselyIsotropicLayer
+from flatpunch.media import AnyLayer, Body, GradedLayer, HalfSpace, Layer, Medium
 
 _FRAME = "frame"
 
@@ -337,9 +337,13 @@ def _isotropic(sample: Body) -> TypeGuard[Medium]:
     return (
         isinstance(sample, Medium)
         and len(sample.layers) == 1
-        and not isinstance(sample.layers[0], TransverselyIsotropicLayer)
+        and _isotropic_layer(sample.layers[0])
         and isinstance(sample.base, HalfSpace)
     )
+
+
+def _isotropic_layer(layer: AnyLayer) -> bool:
+    return not layer.anisotropic if isinstance(layer, GradedLayer) else isinstance(layer, Layer)
 
 
 def _minimum(problem: _Stiffness) -> tuple[Minimum, Array]:
