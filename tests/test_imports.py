@@ -19,7 +19,7 @@ _FLOORS = [
     {"files", "plots"},
     {"sweeps", "fit"},
     {"app", "literature", "plugins"},
-    {"cli"},
+    {"cli", "__main__"},
 ]
 """Packages from the ground up: a package imports from lower floors only."""
 
