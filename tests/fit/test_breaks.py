@@ -5,7 +5,7 @@ import pytest
 
 from flatpunch.fit import Curve, Measured, fit
 from flatpunch.fit.measured.approach import approach_of
-from flatpunch.fit.measured.signal import breaks
+from flatpunch.fit.measured.drops import breaks
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
 

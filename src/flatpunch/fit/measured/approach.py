@@ -310,11 +310,17 @@ def _pace(curve: Curve, begin: int, end: int) -> float:
 
 def _bend(values: Array) -> int:
     """The reading at which values stop growing, by least squares to a straight line that ends in a constant."""
-    # as many of them as show the place to half a per cent
-    at = np.arange(0, values.size, max(values.size // 200, 1))
+    # among as many of them as show the place to half a per cent; then among those around it
+    step = max(values.size // 200, 1)
+    at = np.arange(0, values.size, step)
     lines = np.minimum(at - at[1:-1, None], 0.0)
     lines -= lines.mean(axis=1, keepdims=True)
-    return int(at[1 + np.argmax(lines @ values[at] / np.linalg.norm(lines, axis=1))])
+    place = int(at[1 + np.argmax(lines @ values[at] / np.linalg.norm(lines, axis=1))])
+    if step == 1:
+        return place
+    around = 100 * max(step // 10, 1)
+    begin = max(place - around, 0)
+    return begin + _bend(values[begin : place + around])
 
 
 def _load_stops(curve: Curve, end: int) -> int:
