@@ -273,7 +273,7 @@ class Problem:
         inside = self.objective().indentation(curve, scan.x)
         return np.asarray(inside < (1 - SAFE) * min(float(inside.min()), 0.0))
 
-    def _over(self, scan: Scan, curve: Curve) -> tuple[Array, Flags, Array]:
+    def over(self, scan: Scan, curve: Curve) -> tuple[Array, Flags, Array]:
         """Force of a curve over its background, which of its points show that alone, and the error of it over the noise."""
         objective, before = self.objective(), self.before(scan, curve)
         if before.sum() < FEWEST:
@@ -288,7 +288,7 @@ class Problem:
 
     def drop(self, scan: Scan, curve: Curve) -> Drop | None:
         """The drop of the force of a curve that begins with this approach, over the background that its scan found."""
-        return self._drop(curve, self._over(scan, curve))
+        return self._drop(curve, self.over(scan, curve))
 
     def _drop(self, curve: Curve, over: tuple[Array, Flags, Array]) -> Drop | None:
         force, before, _ = over
@@ -303,7 +303,7 @@ class Problem:
     def judged(self, scan: Scan) -> Judged:
         """Problem, scan, points that are used and notes, judged over the background; up to a drop of the force."""
         part = self.part
-        over = self._over(scan, part)
+        over = self.over(scan, part)
         if self.whole and (drop := self._drop(part, over)) is not None:
             cut = self.uncut
             shorter = replace(self, part=part.taken(slice(0, drop.at + 1)) if cut else part, whole=False, line=None)

@@ -87,7 +87,7 @@ def breaks(force: Array) -> list[int]:
     # most steps of a digitised force may be none
     rounding = float(np.linalg.norm(_edge())) * converter_step(force) / np.sqrt(12)
     clear = found > CLEAR * max(spread_of(found), rounding)
-    return [int(at) for at in np.flatnonzero(clear & (found == maximum_filter1d(found, FEWEST)))]
+    return [int(at) for at in np.flatnonzero(clear & (found == maximum_filter1d(found, 2 * FEWEST)))]
 
 
 def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
@@ -143,22 +143,25 @@ def _falls_steadily(force: Array) -> bool:
     return float(left @ left) < float(apart @ apart)
 
 
-def fall_near(force: Array, near: int) -> Drop | None:
-    """The first fall of a force by more than its noise explains within two times FEWEST readings, after which it may rise again.
+def fall_near(over: Array, near: int) -> Drop | None:
+    """The first fall of a force over its background by more than its noise explains, after which it may rise again at once.
 
-    `near` is one of the `breaks` of the force, which is free of waves and slopes that are no noise of neighbours.
+    It is looked for within two times FEWEST readings from one of the `breaks`, over the straight line through the first half of
+    them. Two adjacent readings are no fall, and neither is what ends below the background, which is judged as adhesion.
     """
-    calm = without_spikes(force, 1)[near : near + 2 * FEWEST]
-    # a force that falls already goes on falling
-    calm = calm - min(float(np.polyfit(np.arange(FEWEST), calm[:FEWEST], 1)[0]), 0.0) * np.arange(calm.size)
-    risen = np.maximum.accumulate(calm)
-    fallen = risen - calm > CLEAR * max(noise_of_readings(force), wander(force, FEWEST))
+    here = slice(near, near + 2 * FEWEST)
+    along, force = np.arange(2 * FEWEST), over[here]
+    line = np.polyval(np.polyfit(along[:FEWEST], without_spikes(force)[:FEWEST], 1), along)
+    left = without_spikes(force - line)
+    least = CLEAR * max(noise_of_readings(over), wander(over, FEWEST))
+    fallen = np.maximum.accumulate(left) - left > least
     if not fallen.any():
         return None
     end = int(np.argmax(fallen))
-    # the median of three moves a corner by a reading
-    first = max(int(np.argmax(calm[:end])) - 1, 0)
-    at = near + first + int(np.argmax(force[near + first : near + end + 1]))
-    higher = np.flatnonzero(calm[end:] > risen[end])
-    until = end + int(higher[0]) if higher.size else calm.size
-    return Drop(at, float(risen[end] - calm[end:until].min()), float(np.ptp(force)))
+    # the median of five moves a corner by up to two readings
+    first = max(int(np.argmax(left[:end])) - 2, 0)
+    at = first + int(np.argmax(force[first : end + 1]))
+    lowest = float(force[end : end + 3].min())
+    if not force[at] - lowest > least or lowest < -least:
+        return None
+    return Drop(near + at, float(force[at]) - lowest, float(over.max()))
