@@ -163,6 +163,19 @@ class Problem:
         """Largest modulus that is fitted [Pa]; 0 without one."""
         return max((float(np.exp(scan.x[j])) for j in self.moduli), default=0.0)
 
+    def tilted_where_needed(self, scan: Scan) -> tuple[Problem, Scan]:
+        """The problem over a straight line, where only that leaves a contact; else as it is."""
+        if scan.gain > CLEAR**2 or self.settings.baseline != "auto" or not self.straight:
+            return self, scan
+        linear = self._linear
+        line = linear.scan()
+        return (linear, line) if line.gain > CLEAR**2 and linear._free(line).sum() >= FEWEST else (self, scan)
+
+    @property
+    def _linear(self) -> Problem:
+        """The problem over a straight line."""
+        return replace(self, settings=replace(self.settings, baseline="linear"), tilted=True)
+
     def check_contact(self, scan: Scan) -> None:
         """Refuse a curve that its background alone describes as well."""
         if scan.gain > CLEAR**2:
@@ -358,7 +371,7 @@ class Problem:
 
     def _tilted(self, scan: Scan) -> tuple[Problem, Scan] | None:
         """The problem over a straight line, where it describes the whole curve better and still has readings without contact."""
-        linear = replace(self, settings=replace(self.settings, baseline="linear"), tilted=True)
+        linear = self._linear
         tilted = self.line or linear.scan()
         # a line may take the place of a contact
         better = describes_better(self.part.force, linear.residuals(tilted), self.residuals(scan))

@@ -71,6 +71,7 @@ def _from_contact(
     again: bool = False,
 ) -> Setup:
     """The problem of an approach from its best contact: what is judged over its background."""
+    problem, scan = problem.tilted_where_needed(scan)
     part, model, limits = problem.part, problem.model, problem.limits
     _check_moduli(problem, scan)
     signed, notes = found.signed(problem.upright), found.notes

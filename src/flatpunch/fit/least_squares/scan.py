@@ -88,7 +88,9 @@ def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: 
 
 def _slope(position: Array, force: Array) -> float:
     """Slope of the straight line through points [N/m]; 0 where there are hardly any."""
-    along = position - position.mean() if position.size > 2 else np.zeros(0)
+    if position.size < 3:
+        return 0.0
+    along = position - position.mean()
     return float(along @ force) / max(float(along @ along), TINY)
 
 

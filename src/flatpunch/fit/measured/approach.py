@@ -14,6 +14,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
+from flatpunch.fit.measured.bursts import without_bursts
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import turns
 from flatpunch.fit.measured.signal import EXACT, middle, noise_of_readings, wander, without_spikes
@@ -136,6 +137,8 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
             "from its neighbours, farther than all others are apart: was a decimal mark lost? Correct or drop this row."
         )
     curve, sorted_ = _in_time(curve)
+    curve, bursts = without_bursts(curve)
+    sorted_ += bursts
     relative = _relative_sign(curve)
     way, turn, why = _direction(curve, relative)
     if direction != "auto":
