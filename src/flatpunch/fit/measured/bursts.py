@@ -9,7 +9,8 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST, Curve
-from flatpunch.fit.measured.signal import CLEAR, noise_of_readings, spread_of, wander, without_spikes
+from flatpunch.fit.measured.drops import noise_near
+from flatpunch.fit.measured.signal import CLEAR, spread_of, without_spikes
 
 LONGEST = FEWEST - 2
 """Readings of the longest burst: fewer than on either side show where the force goes on."""
@@ -23,7 +24,7 @@ def without_bursts(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
     goes on elsewhere.
     """
     force = curve.force
-    noise = max(noise_of_readings(force), wander(force, FEWEST))
+    noise = noise_near(force)
     change = np.diff(force)
     if force.size < 4 * FEWEST or not (np.abs(change) > CLEAR * noise).any():
         return curve, ()

@@ -76,10 +76,16 @@ def steps(force: Array) -> Array:
     )
 
 
+def noise_near(force: Array) -> float:
+    """Noise of a force as neighbours show it, or steps, which show slower noise as well, whatever slope and curvature [N]."""
+    slow = spread_of(steps(force)) / float(np.linalg.norm(_edge())) if force.size >= 2 * FEWEST else 0.0
+    return max(noise_of_readings(force), slow)
+
+
 def breaks(force: Array) -> list[int]:
     """Readings before which a force steps by more than its noise explains, in order; the step is FEWEST readings later.
 
-    The noise is that of these steps.
+    The noise is that of these steps. Beside a large step smaller ones of the opposite sign are found as well.
     """
     found = np.abs(steps(force))
     if not found.size:
@@ -87,7 +93,7 @@ def breaks(force: Array) -> list[int]:
     # most steps of a digitised force may be none
     rounding = float(np.linalg.norm(_edge())) * converter_step(force) / np.sqrt(12)
     clear = found > CLEAR * max(spread_of(found), rounding)
-    return [int(at) for at in np.flatnonzero(clear & (found == maximum_filter1d(found, 2 * FEWEST)))]
+    return [int(at) for at in np.flatnonzero(clear & (found == maximum_filter1d(found, FEWEST)))]
 
 
 def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
@@ -153,7 +159,7 @@ def fall_near(over: Array, near: int) -> Drop | None:
     along, force = np.arange(2 * FEWEST), over[here]
     line = np.polyval(np.polyfit(along[:FEWEST], without_spikes(force)[:FEWEST], 1), along)
     left = without_spikes(force - line)
-    least = CLEAR * max(noise_of_readings(over), wander(over, FEWEST))
+    least = CLEAR * noise_near(over)
     fallen = np.maximum.accumulate(left) - left > least
     if not fallen.any():
         return None
