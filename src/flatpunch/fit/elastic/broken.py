@@ -20,10 +20,12 @@ def before_break(whole: Problem) -> tuple[Problem, Scan, tuple[str, ...]]:
         if at < FEWEST or np.ptp(whole.part.force[:at]) == 0:
             continue
         problem, scan = replace(whole, part=whole.part.taken(slice(0, at))).pressed()
+        # a tilt without a contact is none
+        line = problem.linear.scan().without if whole.settings.baseline == "auto" else scan.without
         curve = whole.part if problem.upright == whole.upright else whole.part.turned(force=-1.0)
         over = problem.over(scan, curve)[0]
         # a dip is a contact of the other sign
-        if not scan.gain > CLEAR**2 or over.max() < -over.min():
+        if not scan.over(line) > CLEAR**2 or over.max() < -over.min():
             continue
         if (drop := fall_near(over, at)) is not None:
             return _before(problem, drop, curve)

@@ -167,12 +167,11 @@ class Problem:
         """The problem over a straight line, where only that leaves a contact; else as it is."""
         if scan.gain > CLEAR**2 or self.settings.baseline != "auto" or not self.straight:
             return self, scan
-        linear = self._linear
-        line = linear.scan()
+        linear, line = self.linear, self.linear.scan()
         return (linear, line) if line.gain > CLEAR**2 and linear._free(line).sum() >= FEWEST else (self, scan)
 
     @property
-    def _linear(self) -> Problem:
+    def linear(self) -> Problem:
         """The problem over a straight line."""
         return replace(self, settings=replace(self.settings, baseline="linear"), tilted=True)
 
@@ -326,10 +325,11 @@ class Problem:
         if self.settings.baseline != "auto":
             tilted = self.tilted or (asks and self.settings.baseline == "constant")
             return replace(self, tilted=tilted)._checked(scan, over)
-        if asks and (found := self._tilted(scan)) is not None:
+        unseen = self.straight and self._free(scan).sum() < FEWEST
+        if (asks or unseen) and (found := self._tilted(scan)) is not None:
             linear, scan = found
             return linear.judged(scan)
-        doubtful = self.straight and bool(self._free(scan).sum() >= FEWEST)
+        doubtful = self.straight and not unseen
         constant = replace(self, settings=replace(self.settings, baseline="constant"), doubtful=doubtful)
         return constant._checked(scan, over)
 
@@ -371,7 +371,7 @@ class Problem:
 
     def _tilted(self, scan: Scan) -> tuple[Problem, Scan] | None:
         """The problem over a straight line, where it describes the whole curve better and still has readings without contact."""
-        linear = self._linear
+        linear = self.linear
         tilted = self.line or linear.scan()
         # a line may take the place of a contact
         better = describes_better(self.part.force, linear.residuals(tilted), self.residuals(scan))

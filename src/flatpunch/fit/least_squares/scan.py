@@ -52,8 +52,12 @@ class Scan:
     @property
     def gain(self) -> float:
         """What a contact of either sign explains beyond the background, over the variance of the noise."""
+        return self.over(self.without)
+
+    def over(self, without: float) -> float:
+        """What a contact of either sign explains beyond what leaves this sum of squares, over the variance of the noise."""
         best = min(self.cost, self.turned)
-        return (self.without - best) / max(best / self.freedom, TINY)
+        return (without - best) / max(best / self.freedom, TINY)
 
     def contact(self, objective: Objective) -> float:
         """Contact point [m]."""

@@ -155,18 +155,21 @@ def fall_near(over: Array, near: int) -> Drop | None:
     It is looked for within two times FEWEST readings from one of the `breaks`, over the straight line through the first half of
     them. Two adjacent readings are no fall, and neither is what ends below the background, which is judged as adhesion.
     """
-    here = slice(near, near + 2 * FEWEST)
-    along, force = np.arange(2 * FEWEST), over[here]
-    line = np.polyval(np.polyfit(along[:FEWEST], without_spikes(force)[:FEWEST], 1), along)
-    left = without_spikes(force - line)
+    begin, force = max(near - 2, 0), over[near : near + 2 * FEWEST]
+    # medians see two readings beyond both ends
+    wide = over[begin : near + 2 * FEWEST + 2]
+    along = np.arange(wide.size) - (near - begin)
+    first = (along >= 0) & (along < FEWEST)
+    line = np.polyval(np.polyfit(along[first], without_spikes(wide)[first], 1), along)
+    left = without_spikes(wide - line)[near - begin :][: force.size]
     least = CLEAR * noise_near(over)
     fallen = np.maximum.accumulate(left) - left > least
     if not fallen.any():
         return None
     end = int(np.argmax(fallen))
     # the median of five moves a corner by up to two readings
-    first = max(int(np.argmax(left[:end])) - 2, 0)
-    at = first + int(np.argmax(force[first : end + 1]))
+    top = max(int(np.argmax(left[:end])) - 2, 0)
+    at = top + int(np.argmax(force[top : end + 1]))
     lowest = float(force[end : end + 3].min())
     if not force[at] - lowest > least or lowest < -least:
         return None
