@@ -271,3 +271,21 @@ def test_intervals_hold_the_truth():
         for name, truth in ((YOUNG, 5e3), (THICKNESS, 1e-6)):
             covered[name] += found.estimates[name].low <= truth <= found.estimates[name].high
     assert all(182 <= hits <= 198 for hits in covered.values())
+
+
+def test_a_tilt_of_one_curve_is_noted_as_in_a_fit_of_it_alone():
+    gel, tip = HalfSpace(4e3, 0.5), Paraboloid(4e-6)
+    depth = np.linspace(-6e-7, 4e-7, 400)
+    force = np.zeros(400)
+    force[depth > 0] = indent(gel, tip, depth=depth[depth > 0]).force
+    rng = np.random.default_rng(0)
+    curves = [
+        Curve(depth, force + force.max() * (tilt * np.linspace(0, 1, 400) + 1e-3 * rng.normal(size=400)), name=name)
+        for name, tilt in (("tilted", 0.2), ("flat", 0.0))
+    ]
+    joint = fit_together(curves, HalfSpace(1e3, 0.5), tip, ["base.young"])
+    alone = fit(curves[0], HalfSpace(1e3, 0.5), tip, ["base.young"])
+    notes = [[note for note in result.notes if "is tilted" in note] for result in (alone, *joint.results)]
+    assert [len(each) for each in notes] == [1, 1, 0]
+    assert notes[0] == notes[1]
+    assert joint["base.young"] == pytest.approx(4e3, rel=0.005)

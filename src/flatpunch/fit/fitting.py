@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Unpack
 
@@ -211,7 +211,7 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
         unseen=unseen,
     )
     result = replace(result, estimates=by_profile(result, setup.coarse, shared))
-    tilt = _about_tilt(setup, found, result) if setup.tilted else ()
+    tilt = about_tilt(setup, found.x, result) if setup.tilted else ()
     notes = (*setup.notes, *tilt, *about_contact(result), *judged(result), *limits_of_theory(result))
     return replace(result, notes=notes)
 
@@ -227,16 +227,20 @@ def _in_strain_table(objective: Unknowns, model: ForwardModel, x: Array) -> None
         )
 
 
-def _about_tilt(setup: Setup, found: Minimum, result: FitResult) -> tuple[str, ...]:
-    """Moduli over the other baseline, a constant or a straight line, where they are outside their intervals."""
+def about_tilt(setup: Setup, x: Array, result: FitResult, shared: Sequence[str] = ()) -> tuple[str, ...]:
+    """Moduli over the other baseline, a constant or a straight line, where they are outside their intervals.
+
+    Shared parameters that are no moduli stay as they are: one curve of many determines no more.
+    """
     objective, straight = setup.objective, setup.settings.baseline == "linear"
-    x, lower, upper = found.x, setup.lower, setup.upper
+    lower, upper = setup.lower, setup.upper
     if not straight:
         objective = with_tilt(objective)
         place = objective.names.index("tilt")
         x, lower, upper = (np.insert(v, place, e) for v, e in ((x, 0.0), (lower, -np.inf), (upper, np.inf)))
-    held = np.array([straight and name == "tilt" for name in objective.names])
-    other = minimise(objective.evaluate, np.where(held, 0.0, x), lower, upper, fixed=held, settled=SOON).x
+    flat = np.array([straight and name == "tilt" for name in objective.names])
+    held = flat | np.array([name in shared and not name.endswith("young") for name in objective.names])
+    other = minimise(objective.evaluate, np.where(flat, 0.0, x), lower, upper, fixed=held, settled=SOON).x
     moved = {n: external(n, float(t)) for n, t in zip(objective.model.free, other, strict=False) if n.endswith("young")}
     return tilt_note("constant" if straight else "linear", {n: (v, result.estimates[n]) for n, v in moved.items()})
 

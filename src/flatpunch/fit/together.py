@@ -18,7 +18,7 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices, real
 from flatpunch._support.kinds import instance, mapping
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fit.fitting import setup_of, undetected_tilts
+from flatpunch.fit.fitting import about_tilt, setup_of, undetected_tilts
 from flatpunch.fit.least_squares.joint import JointObjective
 from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
 from flatpunch.fit.least_squares.setup import Setup
@@ -248,7 +248,7 @@ def _joined(problems: Sequence[Problem], shared: Sequence[str], settings: Settin
     spread, undetermined = covariance(minimum.normal, ~minimum.at_bound, 1.0)
     doubtful = [i for i, p in enumerate(problems) if p.setup.doubtful and not minimum.at_bound.any()]
     unseen = undetected_tilts(
-        minimum.normal, [(full[i], found.x[places[i]], places[i], float(noise[i])) for i in doubtful]
+        minimum.normal, [(full[i], found.x[places[i]], places[i], float(noise[i])) for i in doubtful], settings.loss
     )
     spread = spread + unseen
     result = JointResult(
@@ -346,4 +346,5 @@ def _one_of_many(joint: JointResult, index: int, setup: Setup) -> FitResult:
         bounds=(joint.bounds[0][places], joint.bounds[1][places]),
         notes=setup.notes,
     )
-    return replace(result, notes=(*setup.notes, *about_contact(result)))
+    tilt = about_tilt(setup, x, result, joint.shared) if setup.tilted else ()
+    return replace(result, notes=(*setup.notes, *tilt, *about_contact(result)))

@@ -28,16 +28,14 @@ from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import speed_of
 from flatpunch.fit.measured.approach import Approach
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.drops import Drop, drop_of
 from flatpunch.fit.measured.signal import (
     CLEAR,
-    Drop,
     adhesion_dip,
-    breaks,
     check_reading,
     check_rise,
     check_saturation,
     converter_step,
-    drop_of,
     flat_ends,
     noise_of,
     noise_of_readings,
@@ -147,21 +145,8 @@ class Problem:
         turned = replace(self, part=part, upright=-self.upright)
         return turned, turned.scan()
 
-    def before_break(self) -> tuple[Problem, Scan, tuple[str, ...]]:
-        """The problem and its contact, before the first drop of the force that the readings before it confirm; a note."""
-        for at in breaks(self.part.force) if self._straight else ():
-            if self._uncut and at >= FEWEST and np.ptp(self.part.force[:at]) > 0:
-                problem, scan = replace(self, part=self.part.taken(slice(0, at))).pressed()
-                whole = self.part if problem.upright == self.upright else self.part.turned(force=-1.0)
-                drop = problem.drop(scan, whole) if scan.gain > CLEAR**2 else None
-                if drop is not None and drop.at >= at:
-                    note = drop.note(whole.depth[drop.at] * self.turned, True)
-                    problem = replace(problem, part=whole.taken(slice(0, drop.at + 1)), whole=False)
-                    return problem, problem.scan(), (note,)
-        return *self.pressed(), ()
-
     @property
-    def _uncut(self) -> bool:
+    def uncut(self) -> bool:
         """Whether the user has not chosen a part of the curve."""
         return self.settings.depth_to is None and self.settings.force_to is None
 
@@ -178,11 +163,23 @@ class Problem:
         """Largest modulus that is fitted [Pa]; 0 without one."""
         return max((float(np.exp(scan.x[j])) for j in self.moduli), default=0.0)
 
+    def tilted_where_needed(self, scan: Scan) -> tuple[Problem, Scan]:
+        """The problem over a straight line, where only that leaves a contact; else as it is."""
+        if scan.gain > CLEAR**2 or self.settings.baseline != "auto" or not self.straight:
+            return self, scan
+        linear, line = self.linear, self.linear.scan()
+        return (linear, line) if line.gain > CLEAR**2 and linear._free(line).sum() >= FEWEST else (self, scan)
+
+    @property
+    def linear(self) -> Problem:
+        """The problem over a straight line."""
+        return replace(self, settings=replace(self.settings, baseline="linear"), tilted=True)
+
     def check_contact(self, scan: Scan) -> None:
         """Refuse a curve that its background alone describes as well."""
         if scan.gain > CLEAR**2:
             return
-        self._check_reading()
+        self.check_as_read()
         straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
         raise CurveError(
             f"{self.part.name}: no contact is to be seen: the background alone (baseline = {self.settings.baseline!r}) describes "
@@ -191,7 +188,7 @@ class Problem:
         )
 
     @property
-    def _straight(self) -> bool:
+    def straight(self) -> bool:
         """Whether the background is a straight line over the position."""
         return self.settings.baseline != "sine" and self.settings.drag == 0
 
@@ -200,9 +197,9 @@ class Problem:
         """Noise of the force as neighbouring readings show it, whatever the background [N]."""
         return noise_of_readings(self.part.force)
 
-    def _check_reading(self) -> None:
+    def check_as_read(self) -> None:
         """Refuse a detector that stays at a reading."""
-        if self._straight:
+        if self.straight:
             order = np.argsort(self.part.position, kind="stable")
             read = without_spikes(self.part.force[order])
             check_reading(self.part, self.part.position[order], read, self._neighbours)
@@ -288,12 +285,12 @@ class Problem:
         inside = self.objective().indentation(curve, scan.x)
         return np.asarray(inside < (1 - SAFE) * min(float(inside.min()), 0.0))
 
-    def _over(self, scan: Scan, curve: Curve) -> tuple[Array, Flags, Array]:
+    def over(self, scan: Scan, curve: Curve) -> tuple[Array, Flags, Array]:
         """Force of a curve over its background, which of its points show that alone, and the error of it over the noise."""
         objective, before = self.objective(), self.before(scan, curve)
         if before.sum() < FEWEST:
             before = np.zeros(curve.force.size, dtype=bool)
-        elif self._straight and CLEAR * self._neighbours * line_error(curve, before).max() < np.ptp(curve.force):
+        elif self.straight and CLEAR * self._neighbours * line_error(curve, before).max() < np.ptp(curve.force):
             # the background by itself, if its line is certain enough at the other end of the curve
             return over_line(curve, before), before, line_error(curve, before)
         rest = objective.split(scan.x)[1]
@@ -303,11 +300,11 @@ class Problem:
 
     def drop(self, scan: Scan, curve: Curve) -> Drop | None:
         """The drop of the force of a curve that begins with this approach, over the background that its scan found."""
-        return self._drop(curve, self._over(scan, curve))
+        return self._drop(curve, self.over(scan, curve))
 
     def _drop(self, curve: Curve, over: tuple[Array, Flags, Array]) -> Drop | None:
         force, before, _ = over
-        read = without_spikes(curve.force if self._straight else force)
+        read = without_spikes(curve.force if self.straight else force)
         calm = without_spikes(force)
         if (drop := drop_of(read, calm, before, self._neighbours)) is None:
             return None
@@ -318,9 +315,9 @@ class Problem:
     def judged(self, scan: Scan) -> Judged:
         """Problem, scan, points that are used and notes, judged over the background; up to a drop of the force."""
         part = self.part
-        over = self._over(scan, part)
+        over = self.over(scan, part)
         if self.whole and (drop := self._drop(part, over)) is not None:
-            cut = self._uncut
+            cut = self.uncut
             shorter = replace(self, part=part.taken(slice(0, drop.at + 1)) if cut else part, whole=False, line=None)
             problem, scan, keep, more = shorter.judged(shorter.scan() if cut else scan)
             return problem, scan, keep, (drop.note(part.depth[drop.at] * self.turned, cut), *more)
@@ -328,10 +325,11 @@ class Problem:
         if self.settings.baseline != "auto":
             tilted = self.tilted or (asks and self.settings.baseline == "constant")
             return replace(self, tilted=tilted)._checked(scan, over)
-        if asks and (found := self._tilted(scan)) is not None:
+        unseen = self.straight and self._free(scan).sum() < FEWEST
+        if (asks or unseen) and (found := self._tilted(scan)) is not None:
             linear, scan = found
             return linear.judged(scan)
-        doubtful = self._straight and bool(self._free(scan).sum() >= FEWEST)
+        doubtful = self.straight and not unseen
         constant = replace(self, settings=replace(self.settings, baseline="constant"), doubtful=doubtful)
         return constant._checked(scan, over)
 
@@ -339,7 +337,7 @@ class Problem:
         """Whether the readings without contact show a tilt."""
         free = self._free(scan)
         # at a speed that changes drag looks like a tilt
-        return self._straight and asks_for_tilt(self.part.position[free], self.part.force[free])
+        return self.straight and asks_for_tilt(self.part.position[free], self.part.force[free])
 
     def _checked(self, scan: Scan, over: tuple[Array, Flags, Array]) -> Judged:
         """The force over its background rises, does not stay at a reading, and has no dip that is not left out."""
@@ -353,10 +351,12 @@ class Problem:
         calm[order] = without_spikes(force[order])
         rise = float(calm.max())
         tilt = objective.split(scan.x)[1]["tilt"] if "tilt" in objective.nuisance else 0.0
-        self._check_reading()
+        self.check_as_read()
         check_rise(part, rise, noise, tilt * objective.frame.way)
         check_saturation(part, part.position[order], calm[order], noise)
-        self._check_end(scan, order, calm, noise)
+        if self.whole or not self.uncut:
+            # before a drop a reading that stays by chance is no end of the approach
+            self._check_end(scan, order, calm, noise)
         keep, notes = adhesion_dip(part, calm, noise * np.hypot(1, unsure), rise, before, self.settings.adhesion)
         if before.sum() >= 4 * WAVES and self.settings.baseline in ("constant", "linear"):
             notes = (*wave_note(part.position[before], force[before], rise), *notes)
@@ -371,7 +371,7 @@ class Problem:
 
     def _tilted(self, scan: Scan) -> tuple[Problem, Scan] | None:
         """The problem over a straight line, where it describes the whole curve better and still has readings without contact."""
-        linear = replace(self, settings=replace(self.settings, baseline="linear"), tilted=True)
+        linear = self.linear
         tilted = self.line or linear.scan()
         # a line may take the place of a contact
         better = describes_better(self.part.force, linear.residuals(tilted), self.residuals(scan))

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags
+from flatpunch.fit.elastic.broken import before_break
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.plastic import HARD, plastic_cycles
 from flatpunch.fit.elastic.problem import Problem
@@ -20,7 +21,7 @@ from flatpunch.fit.least_squares.setup import Setup, cut
 from flatpunch.fit.least_squares.speed import before_turn, no_drag, shows_drag
 from flatpunch.fit.measured.approach import Approach, approach_of
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.signal import breaks
+from flatpunch.fit.measured.drops import breaks
 from flatpunch.fit.parameters.settings import Settings
 
 _BOTH_ENDS = (
@@ -48,7 +49,7 @@ def _setup(
         raise no_drag(part, settings, ", and there is no retraction")
     problem = Problem(part, model, limits, settings if shown else replace(settings, drag=0.0), found.turned)
     problem = replace(problem, upright=found.pressing)
-    problem, scan, broken = problem.before_break()
+    problem, scan, broken = before_break(problem)
     return _from_contact(problem, scan, found, settings, broken, shown=shown, again=again)
 
 
@@ -70,6 +71,7 @@ def _from_contact(
     again: bool = False,
 ) -> Setup:
     """The problem of an approach from its best contact: what is judged over its background."""
+    problem, scan = problem.tilted_where_needed(scan)
     part, model, limits = problem.part, problem.model, problem.limits
     _check_moduli(problem, scan)
     signed, notes = found.signed(problem.upright), found.notes
@@ -83,6 +85,7 @@ def _from_contact(
             # counted the other way, the tip approaches in the second part
             other = _setup(found.backwards(), model, limits, settings, again=True)
             return replace(other, notes=(_BOTH_ENDS, *other.notes))
+        problem.check_as_read()
         raise CurveError(
             f"{part.name}: the force changes where the curve begins and rests where it ends: this is a retract. Give "
             "the approach, or the whole cycle; direction = 'growing' or 'falling' overrides which way the depth goes on the "

@@ -52,8 +52,12 @@ class Scan:
     @property
     def gain(self) -> float:
         """What a contact of either sign explains beyond the background, over the variance of the noise."""
+        return self.over(self.without)
+
+    def over(self, without: float) -> float:
+        """What a contact of either sign explains beyond what leaves this sum of squares, over the variance of the noise."""
         best = min(self.cost, self.turned)
-        return (self.without - best) / max(best / self.freedom, TINY)
+        return (without - best) / max(best / self.freedom, TINY)
 
     def contact(self, objective: Objective) -> float:
         """Contact point [m]."""
@@ -88,7 +92,9 @@ def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: 
 
 def _slope(position: Array, force: Array) -> float:
     """Slope of the straight line through points [N/m]; 0 where there are hardly any."""
-    along = position - position.mean() if position.size > 2 else np.zeros(0)
+    if position.size < 3:
+        return 0.0
+    along = position - position.mean()
     return float(along @ force) / max(float(along @ along), TINY)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
+from flatpunch.fit.measured.bursts import without_bursts
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import turns
 from flatpunch.fit.measured.signal import EXACT, middle, noise_of_readings, wander, without_spikes
@@ -136,6 +137,8 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
             "from its neighbours, farther than all others are apart: was a decimal mark lost? Correct or drop this row."
         )
     curve, sorted_ = _in_time(curve)
+    curve, bursts = without_bursts(curve)
+    sorted_ += bursts
     relative = _relative_sign(curve)
     way, turn, why = _direction(curve, relative)
     if direction != "auto":
@@ -219,8 +222,7 @@ def _direction(curve: Curve, relative: float) -> tuple[int, int, str]:
     ends = position[:few], position[-few:]
     above = float(position.max()) - max(float(e.max()) for e in ends)
     below = min(float(e.min()) for e in ends) - float(position.min())
-    # noise alone makes neither a turning point
-    if not max(above, below) > max(8 * wander(position), 0.01 * float(np.ptp(position))):
+    if not max(above, below) > _least_return(position):
         return (1 if middle(ends[1]) >= middle(ends[0]) else -1), 0, "there is one way only"
     turn = 1 if above >= below else -1
     place = int(np.argmax(turn * position))
@@ -258,9 +260,8 @@ def _parts(curve: Curve) -> tuple[int, int, str]:
     near = _arrival(position)
     if curve.segment is not None and np.ptp(curve.segment) > 0:
         edges = list(pairwise(_edges(curve.segment)))
-        end = edges[int(np.argmax([position[b - 1] - position[a] for a, b in edges]))][1]
-        leaves = edges[int(np.argmax([position[a] - position[b - 1] for a, b in edges]))][0]
-        return end, max(leaves, end), "the segment of the file in which the tip advances most"
+        at = int(np.argmax([position[b - 1] - position[a] for a, b in edges]))
+        return edges[at][1], _leaves(curve, edges[at + 1 :]), "the segment of the file in which the tip advances most"
     # pauses are short of the largest position by noise only, and are no approach
     end = int(np.argmax(position >= float(position.max()) - near)) + 1
     leaves = max(int(np.flatnonzero(position >= float(position.max()) - 2 * near)[-1]) + 1, end)
@@ -273,6 +274,20 @@ def _parts(curve: Curve) -> tuple[int, int, str]:
     if (rests := _rests(curve, end)) < end:
         return rests, leaves, "up to where the tip rests (a pause in which it creeps on)"
     return end, leaves, "up to the deepest position"
+
+
+def _leaves(curve: Curve, later: list[tuple[int, int]]) -> int:
+    """Where the retract begins among the segments after the approach; the number of points where all of them are holds.
+
+    Both tip and base of the cantilever go back: at a held depth the base alone does, at a held position the tip.
+    """
+    ways = [(each, _least_return(each)) for each in (curve.position, curve.depth)]
+    return next((a for a, b in later if all(way[a] - way[b - 1] > least for way, least in ways)), curve.depth.size)
+
+
+def _least_return(position: Array) -> float:
+    """Way back that shows that the tip returns [m]; noise of the position and drift of a hold make a shorter one."""
+    return max(8 * wander(position), 0.01 * float(np.ptp(position)))
 
 
 def _edges(segment: Array) -> list[int]:
@@ -298,11 +313,17 @@ def _pace(curve: Curve, begin: int, end: int) -> float:
 
 def _bend(values: Array) -> int:
     """The reading at which values stop growing, by least squares to a straight line that ends in a constant."""
-    # as many of them as show the place to half a per cent
-    at = np.arange(0, values.size, max(values.size // 200, 1))
+    # among as many of them as show the place to half a per cent; then among those around it
+    step = max(values.size // 200, 1)
+    at = np.arange(0, values.size, step)
     lines = np.minimum(at - at[1:-1, None], 0.0)
     lines -= lines.mean(axis=1, keepdims=True)
-    return int(at[1 + np.argmax(lines @ values[at] / np.linalg.norm(lines, axis=1))])
+    place = int(at[1 + np.argmax(lines @ values[at] / np.linalg.norm(lines, axis=1))])
+    if step == 1:
+        return place
+    around = 100 * max(step // 10, 1)
+    begin = max(place - around, 0)
+    return begin + _bend(values[begin : place + around])
 
 
 def _load_stops(curve: Curve, end: int) -> int:

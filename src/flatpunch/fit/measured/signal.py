@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from scipy.ndimage import median_filter
-from scipy.optimize import isotonic_regression
 from scipy.special import ndtri
 
 from flatpunch._support.checks import TINY, Array, Flags, Indices
-from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 
 Adhesion = Literal["refuse", "above", "ignore"]
@@ -20,8 +17,6 @@ CLEAR = 6.0
 """Noise levels that a rise or a dip must have to count; with 3, four more of 30 synthetic curves are refused."""
 EXACT = 1e-9
 """Relative differences of data without noise, which were computed or printed, that are rounding."""
-RARE = 1e-3
-"""Probability with which noise alone makes a drop somewhere in a curve; twice as much lowers the smallest drop by 2 %."""
 DIP = 0.03
 """Share of the rise below which a dip is no adhesion worth refusing.
 
@@ -223,108 +218,6 @@ def _steepness(position: Array, force: Array, noise: float, counts: Indices) -> 
     return np.where(flat, 0.0, (sums[3] - sums[0] * sums[1] / counts) / square), np.where(
         flat, np.inf, noise / np.sqrt(square)
     )
-
-
-@dataclass(frozen=True)
-class Drop:
-    """A fall of the force of a contact while the tip goes on.
-
-    Attributes
-    ----------
-    at : int
-        Last point before it.
-    size, largest : float
-        Of the fall, and of the force over its background [N].
-    gradual : bool
-        Whether the force falls steadily to the end of the approach.
-    """
-
-    at: int
-    size: float
-    largest: float
-    gradual: bool = False
-
-    def note(self, depth: float, cut: bool) -> str:
-        """What was found at a depth [m], and what is fitted: what lies before it, or the part that the user gave."""
-        size, place = f"{text(self.size, 'N')} ({self.size / self.largest:.1%} of the largest force)", text(depth, "m")
-        return (
-            (
-                f"From {place} on the force falls by {size} until the tip turns (the load is taken back, or the sample yields): "
-                if self.gradual
-                else f"The force drops by {size} at {place} while the tip goes on (breakthrough, slip or pop-in): "
-            )
-            + ("what lies before it is fitted; " if cut else "it is in the part that is fitted; ")
-            + "depth_to or force_to choose the part."
-        )
-
-
-def breaks(force: Array) -> list[int]:
-    """Readings before which a force steps by more than its noise explains, in order; the step is a few readings later.
-
-    Straight lines through the readings on either side are extended to the step, so that neither a slope nor a corner is one. The
-    noise is that of these steps.
-    """
-    along = np.arange(FEWEST) - (FEWEST - 1) / 2
-    side = 1 / FEWEST + FEWEST / 2 * along / float(along @ along)
-    if force.size < 2 * FEWEST:
-        return []
-    steps = np.abs(np.convolve(without_spikes(force, 1), np.append(side, -side[::-1]), "valid"))
-    clear = np.flatnonzero(steps > CLEAR * spread_of(steps))
-    runs = np.split(clear, np.flatnonzero(np.diff(clear) > FEWEST) + 1) if clear.size else []
-    return [int(run[np.argmax(steps[run])]) for run in runs]
-
-
-def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
-    """The fall of the force of a contact by more than its noise explains, the first of several of about the same size.
-
-    Single readings are compared, and means of 4 and of 16, which show smaller falls.
-
-    Parameters
-    ----------
-    read, over : ndarray, shape (n,)
-        Force as read and over its background, in the order of the approach [N]. The reading falls as well: over a
-        background that the flat end of a saturated detector falsified the force does, its reading does not.
-    free : ndarray of bool, shape (n,)
-        Points without contact; they show noise that is slower than readings.
-    noise : float
-        Of neighbouring readings [N].
-    """
-    found = []
-    for count in (1, 4, 16):
-        if read.size < 4 * count:
-            break
-        means, as_read = (np.convolve(c, np.full(count, 1 / count), "valid") for c in (over, read))
-        alone = free[: means.size] & free[-means.size :]
-        # neighbours may be equal, or filtered
-        own = max(noise / np.sqrt(count), noise_of(means[alone]), wander(means, max(count, 4)))
-        # noise makes two of so many independent means differ by this much with the probability RARE
-        pairs = (means.size / count) ** 2 / 2
-        least, rise = float(-ndtri(RARE / pairs) * np.sqrt(2) * own), float(means.max())
-        top, risen = np.maximum.accumulate(means), np.maximum.accumulate(means - np.minimum.accumulate(means))
-        # share of the rise, and noise levels, below which a rise is none of a contact
-        fall = np.where(risen > max(least, 0.1 * rise), top - means, 0.0)
-        # of several drops the first that is half as large as the largest
-        fallen = fall > max(least, float(fall.max()) / 2)
-        if fallen.any():
-            end = int(np.argmax(fallen))
-            at = int(np.argmax(means[:end]))
-            higher = np.flatnonzero(means[end:] > means[at])
-            until = end + int(higher[0]) if higher.size else means.size
-            lowest = float(means[at:until].min())
-            # below the background the tip is pulled in, which is judged as adhesion
-            if as_read[at] - as_read[at:until].min() > least and lowest > -least:
-                found.append(Drop(at, float(means[at]) - lowest, rise))
-    drop = max(found, key=lambda drop: drop.size, default=None)
-    return drop and replace(drop, gradual=_falls_steadily(over[drop.at :]))
-
-
-def _falls_steadily(force: Array) -> bool:
-    """Whether a force falls along a parabola from its first value, and not at once to what then stays or rises."""
-    along, fallen = np.arange(force.size, dtype=float), force - force[0]
-    columns = np.array([along, along**2]).T
-    left = fallen - columns @ np.linalg.lstsq(columns, fallen, rcond=None)[0]
-    apart = force[1:] - isotonic_regression(force[1:]).x
-    return float(left @ left) < float(apart @ apart)
 
 
 def adhesion_dip(

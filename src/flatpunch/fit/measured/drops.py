@@ -1,0 +1,176 @@
+"""Drops of the force of a contact while the tip goes on: breakthrough, slip, pop-in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.ndimage import maximum_filter1d
+from scipy.optimize import isotonic_regression
+from scipy.special import ndtri
+
+from flatpunch._support.checks import Array, Flags
+from flatpunch._support.prefixes import text
+from flatpunch.fit.measured.curve import FEWEST
+from flatpunch.fit.measured.signal import (
+    CLEAR,
+    converter_step,
+    noise_of,
+    noise_of_readings,
+    spread_of,
+    wander,
+    without_spikes,
+)
+
+RARE = 1e-3
+"""Probability with which noise alone makes a drop somewhere in a curve; twice as much lowers the smallest drop by 2 %."""
+
+
+@dataclass(frozen=True)
+class Drop:
+    """A fall of the force of a contact while the tip goes on.
+
+    Attributes
+    ----------
+    at : int
+        Last point before it.
+    size, largest : float
+        Of the fall, and of the force over its background [N].
+    gradual : bool
+        Whether the force falls steadily to the end of the approach.
+    """
+
+    at: int
+    size: float
+    largest: float
+    gradual: bool = False
+
+    def note(self, depth: float, cut: bool) -> str:
+        """What was found at a depth [m], and what is fitted: what lies before it, or the part that the user gave."""
+        size, place = f"{text(self.size, 'N')} ({self.size / self.largest:.1%} of the largest force)", text(depth, "m")
+        return (
+            (
+                f"From {place} on the force falls by {size} until the tip turns (the load is taken back, or the sample yields): "
+                if self.gradual
+                else f"The force drops by {size} at {place} while the tip goes on (breakthrough, slip or pop-in): "
+            )
+            + ("what lies before it is fitted; " if cut else "it is in the part that is fitted; ")
+            + "depth_to or force_to choose the part."
+        )
+
+
+def _edge() -> Array:
+    """Weights of two times FEWEST readings whose sum is a step in their middle.
+
+    Straight lines through the readings on either side are extended to the step, so that neither a slope nor a corner is one.
+    """
+    along = np.arange(FEWEST) - (FEWEST - 1) / 2
+    side = 1 / FEWEST + FEWEST / 2 * along / float(along @ along)
+    return np.append(-side, side[::-1])
+
+
+def steps(force: Array) -> Array:
+    """By how much a force steps after FEWEST readings from each one on [N]; nothing where there are too few."""
+    return np.asarray(
+        np.correlate(without_spikes(force, 1), _edge(), "valid") if force.size >= 2 * FEWEST else force[:0]
+    )
+
+
+def noise_near(force: Array) -> float:
+    """Noise of a force as neighbours show it, or steps, which show slower noise as well, whatever slope and curvature [N]."""
+    slow = spread_of(steps(force)) / float(np.linalg.norm(_edge())) if force.size >= 2 * FEWEST else 0.0
+    return max(noise_of_readings(force), slow)
+
+
+def breaks(force: Array) -> list[int]:
+    """Readings before which a force steps by more than its noise explains, in order; the step is FEWEST readings later.
+
+    The noise is that of these steps. Beside a large step smaller ones of the opposite sign are found as well.
+    """
+    found = np.abs(steps(force))
+    if not found.size:
+        return []
+    # most steps of a digitised force may be none
+    rounding = float(np.linalg.norm(_edge())) * converter_step(force) / np.sqrt(12)
+    clear = found > CLEAR * max(spread_of(found), rounding)
+    return [int(at) for at in np.flatnonzero(clear & (found == maximum_filter1d(found, FEWEST)))]
+
+
+def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
+    """The fall of the force of a contact by more than its noise explains, the first of several of about the same size.
+
+    Single readings are compared, and means of 4 and of 16, which show smaller falls.
+
+    Parameters
+    ----------
+    read, over : ndarray, shape (n,)
+        Force as read and over its background, in the order of the approach [N]. The reading falls as well: over a
+        background that the flat end of a saturated detector falsified the force does, its reading does not.
+    free : ndarray of bool, shape (n,)
+        Points without contact; they show noise that is slower than readings.
+    noise : float
+        Of neighbouring readings [N].
+    """
+    found = []
+    for count in (1, 4, 16):
+        if read.size < 4 * count:
+            break
+        means, as_read = (np.convolve(c, np.full(count, 1 / count), "valid") for c in (over, read))
+        alone = free[: means.size] & free[-means.size :]
+        # neighbours may be equal, or filtered
+        own = max(noise / np.sqrt(count), noise_of(means[alone]), wander(means, max(count, 4)))
+        # noise makes two of so many independent means differ by this much with the probability RARE
+        pairs = (means.size / count) ** 2 / 2
+        least, rise = float(-ndtri(RARE / pairs) * np.sqrt(2) * own), float(means.max())
+        top, risen = np.maximum.accumulate(means), np.maximum.accumulate(means - np.minimum.accumulate(means))
+        # share of the rise, and noise levels, below which a rise is none of a contact
+        fall = np.where(risen > max(least, 0.1 * rise), top - means, 0.0)
+        # of several drops the first that is half as large as the largest
+        fallen = fall > max(least, float(fall.max()) / 2)
+        if fallen.any():
+            end = int(np.argmax(fallen))
+            at = int(np.argmax(means[:end]))
+            higher = np.flatnonzero(means[end:] > means[at])
+            until = end + int(higher[0]) if higher.size else means.size
+            lowest = float(means[at:until].min())
+            # below the background the tip is pulled in, which is judged as adhesion
+            if as_read[at] - as_read[at:until].min() > least and lowest > -least:
+                found.append(Drop(at, float(means[at]) - lowest, rise))
+    drop = max(found, key=lambda drop: drop.size, default=None)
+    return drop and replace(drop, gradual=_falls_steadily(over[drop.at :]))
+
+
+def _falls_steadily(force: Array) -> bool:
+    """Whether a force falls along a parabola from its first value, and not at once to what then stays or rises."""
+    along, fallen = np.arange(force.size, dtype=float), force - force[0]
+    columns = np.array([along, along**2]).T
+    left = fallen - columns @ np.linalg.lstsq(columns, fallen, rcond=None)[0]
+    apart = force[1:] - isotonic_regression(force[1:]).x
+    return float(left @ left) < float(apart @ apart)
+
+
+def fall_near(over: Array, near: int) -> Drop | None:
+    """The first fall of a force over its background by more than its noise explains, after which it may rise again at once.
+
+    It is looked for within two times FEWEST readings from one of the `breaks`, over the straight line through the first half of
+    them. Two adjacent readings are no fall, and neither is what ends below the background, which is judged as adhesion.
+    """
+    begin, force = max(near - 2, 0), over[near : near + 2 * FEWEST]
+    # medians see two readings beyond both ends
+    wide = over[begin : near + 2 * FEWEST + 2]
+    along = np.arange(wide.size) - (near - begin)
+    first = (along >= 0) & (along < FEWEST)
+    line = np.polyval(np.polyfit(along[first], without_spikes(wide)[first], 1), along)
+    left = without_spikes(wide - line)[near - begin :][: force.size]
+    least = CLEAR * noise_near(over)
+    fallen = np.maximum.accumulate(left) - left > least
+    if not fallen.any():
+        return None
+    end = int(np.argmax(fallen))
+    # the median of five moves a corner by up to two readings
+    top = max(int(np.argmax(left[:end])) - 2, 0)
+    at = top + int(np.argmax(force[top : end + 1]))
+    lowest = float(force[end : end + 3].min())
+    if not force[at] - lowest > least or lowest < -least:
+        return None
+    return Drop(near + at, float(force[at]) - lowest, float(over.max()))
