@@ -22,7 +22,7 @@ from numpy.polynomial import chebyshev
 from finite_strain.independent import CONES as OTHERS
 from finite_strain.laws import Law
 from finite_strain.point import Point, cone_point, point
-from finite_strain.tips import Ball
+from finite_strain.tips import Ball, RoundedCone
 from flatpunch.contact.finite_strain import ANGLES, CONES, DEEP, FILE, POISSON, SPHERES, Table, angle_at, poisson_at
 from flatpunch.numerics.chebyshev import nodal_transform, unit_nodes
 
@@ -68,7 +68,7 @@ def contact(family: str, place: Place, cells: int) -> Point:
     """Finite elements at a place of a table."""
     law = Law(poisson_at(place[0]))
     if family == CONES:
-        return cone_point(law, angle_at(place[1]), 1.0, DEEP * place[2], cells)
+        return cone_point(law, RoundedCone(angle_at(place[1])), 1.0, DEEP * place[2], cells)
     depth, radius, thickness = SPHERES[family](place[2], place[1])
     return point(law, Ball(radius), thickness, depth, cells)
 

@@ -15,7 +15,7 @@ from finite_strain.flank import Flank
 from finite_strain.laws import Law
 from finite_strain.mesh import cone_mesh, mesh
 from finite_strain.solver import Body
-from finite_strain.tips import Ball
+from finite_strain.tips import RoundedCone, Tip
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control
 
@@ -58,14 +58,14 @@ class Linear:
         else:
             self.medium = fp.Medium([fp.Layer(young, law.poisson, thickness)], base=fp.RigidBase())
 
-    def at(self, shape: fp.Sphere | fp.Cone, depth: float) -> tuple[float, float]:
+    def at(self, shape: fp.Indenter, depth: float) -> tuple[float, float]:
         """Force and contact radius, without notes, which would read the table that is being made."""
         known = fp.Exact().solve(compliance(self.medium), shape, Control("depth", np.array([depth])), np.zeros(1))
         return float(known.force[0]), float(known.radius[0])
 
 
-def point(law: Law, tip: Ball, thickness: float, depth: float, cells: int) -> Point:
-    """Press a sphere into a bonded layer (thickness inf: half-space).
+def point(law: Law, tip: Tip, thickness: float, depth: float, cells: int) -> Point:
+    """Press a sphere or a rounded cone into a bonded layer (thickness inf: half-space).
 
     Raises
     ------
@@ -73,37 +73,34 @@ def point(law: Law, tip: Ball, thickness: float, depth: float, cells: int) -> Po
         If there is no solution.
     """
     start = process_time()
-    force, radius = Linear(law, thickness).at(fp.Sphere(tip.radius), depth)
+    force, radius = Linear(law, thickness).at(tip.shape, depth)
     body = Body(mesh(radius, thickness, cells), law, force / (np.pi * radius**2))
     linear = body.load(tip, depth, small=True)[0]
     large, contact = body.load(tip, depth)
     return Point(large / linear, linear / force, contact / radius, 1.0, body.size, process_time() - start)
 
 
-def cone_point(law: Law, angle: float, thickness: float, depth: float, cells: int) -> Point:
-    """Press a sharp cone into a bonded layer (thickness inf: half-space) to about the depth.
+def cone_point(law: Law, tip: RoundedCone, thickness: float, depth: float, cells: int) -> Point:
+    """Press a cone into a bonded layer (thickness inf: half-space) to about the depth.
 
-    Results with a cell at the apex of 1/5 of the others, and of half of that, are extrapolated.
-
-    Parameters
-    ----------
-    angle : float
-        Angle between flank and surface [degrees].
+    Results under a sharp cone with a cell at the apex of 1/5 of the others, and of half of that, are extrapolated. Under a
+    rounded one the cells at the apex are a sixth of the cap.
 
     Raises
     ------
     TooFar
         If there is no solution.
     """
-    start, theory, cone = process_time(), Linear(law, thickness), fp.Cone(inclination=float(np.radians(angle)))
+    start, theory = process_time(), Linear(law, thickness)
     # about the radius in the undeformed state
-    contact = theory.at(cone, depth)[1] * (1 + np.sin(np.radians(angle)) ** 2 / 5)
+    contact = theory.at(tip.shape, depth)[1] * (1 + np.sin(np.radians(tip.angle)) ** 2 / 5)
+    apexes = (0.2 / cells, 0.1 / cells) if tip.radius == 0 else (min(1 / cells, tip.end / contact / 6),)
     found = []
-    for apex in (0.2 / cells, 0.1 / cells):
+    for apex in apexes:
         body = Body(cone_mesh(contact, thickness, cells, apex), law, 1.0)
-        small, large = Flank(body, contact).steepened(angle)
-        linear = small.force / theory.at(cone, small.depth)[0]
-        force, radius = theory.at(cone, large.depth)
+        small, large = Flank(body, contact, tip).steepened()
+        linear = small.force / theory.at(tip.shape, small.depth)[0]
+        force, radius = theory.at(tip.shape, large.depth)
         found.append([large.force / (force * linear), linear, large.radius / radius, large.depth / depth])
-    ratio, linear, radius, reached = 2 * np.array(found[1]) - found[0]
+    ratio, linear, radius, reached = 2 * np.array(found[-1]) - found[0] if tip.radius == 0 else found[0]
     return Point(ratio, linear, radius, reached, body.size, process_time() - start)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import flatpunch as fp
 from flatpunch.contact.finite_strain import ANGLES, DEEP, FILE, POISSON, SPHERES, THIN, Strained, tables
+from flatpunch.indenters.shapes.facets import face_gradients
 
 H = 5e-6
 GEL = fp.Medium([fp.Layer(5e3, 0.4999, H)], base=fp.RigidBase())
@@ -160,6 +161,54 @@ def test_factors_of_cones_do_not_depend_on_units_and_begin_as_on_a_half_space(po
     assert 0.85 < float(found.strain_factor[0]) < 1.3
 
 
+PYRAMIDS = (
+    fp.Pyramid(4, np.radians(55)),
+    fp.Vickers(),
+    fp.Berkovich(),
+    fp.CubeCorner(),
+    fp.AfmPyramid(*np.radians([30, 40, 35])),
+    fp.Pyramid(12, np.radians(20)),
+)
+
+
+@pytest.mark.parametrize("tip", PYRAMIDS)
+@pytest.mark.parametrize("medium", [GEL, fp.HalfSpace(5e3, 0.47)])
+def test_factors_of_pyramids_are_between_those_of_the_cones_through_edges_and_faces(medium, tip):
+    """The cone with the same areas; the error reaches both others, and is not less on layers, on which factors cross."""
+    depth, faces = np.array([1e-7, 1e-6, 2.4e-6]), face_gradients(tip)
+    height = float(tip.height(np.array(1.0), np.array(tip.corners)).min())
+    angles = np.degrees(np.arctan([height, np.hypot(*faces.T).max()]))
+    phi = np.linspace(0, 2 * np.pi, 200001)[:-1]
+    area = np.mean(tip.height(np.array(1.0), phi) ** -2.0)
+    equal = fp.indent(medium, cone(np.degrees(np.arctan(area**-0.5))), depth=depth, finite_strain=LAW)
+    found, linear = (
+        fp.indent(medium, tip, depth=depth, finite_strain=law, method="fourth-order") for law in (LAW, None)
+    )
+    assert found.strain_factor.values == pytest.approx(equal.strain_factor.values, rel=1e-8)
+    assert found.force.values == pytest.approx(linear.force.values * found.strain_factor.values, rel=1e-12)
+    half = fp.HalfSpace(5e3, 0.4999 if medium is GEL else 0.47)
+    for body in (medium, half):
+        own = fp.indent(body, cone(np.degrees(np.arctan(area**-0.5))), depth=depth, finite_strain=LAW).strain_factor
+        for angle in angles:
+            other = fp.indent(body, cone(angle), depth=depth, finite_strain=LAW)
+            assert (found.force_error >= np.abs(other.strain_factor - own) / found.strain_factor).all()
+    assert "estimated by the cone with the same areas" in found.attrs["notes"]
+    assert "slopes and strains as small" not in found.attrs["notes"]
+    back = fp.indent(medium, tip, force=found.force.values, finite_strain=LAW, method="fourth-order")
+    assert back.depth.values == pytest.approx(depth, rel=1e-7)
+
+
+def test_error_of_pyramids_vanishes_with_the_number_of_faces():
+    """A pyramid of many faces is a cone."""
+    error = [
+        float(fp.indent(GEL, fp.Pyramid(n, 0.6), depth=1e-6, finite_strain=LAW, method="fourth-order").force_error[0])
+        for n in (3, 4, 6, 12, 40)
+    ]
+    round_tip = fp.indent(GEL, fp.Cone(0.6), depth=1e-6, finite_strain=LAW)
+    assert (np.diff(error) < 0).all()
+    assert error[-1] == pytest.approx(float(round_tip.force_error[0]), abs=2e-4)
+
+
 @pytest.mark.parametrize("angle", [12.0, 35.0, 58.0])
 def test_forces_of_cones_give_their_depths_back_and_stiffness_is_the_slope(angle):
     depth, tip = np.linspace(1e-7, 2.45e-6, 9), cone(angle)
@@ -177,12 +226,14 @@ def test_forces_of_cones_give_their_depths_back_and_stiffness_is_the_slope(angle
     [
         (
             GEL,
-            fp.Pyramid(4, 0.3),
+            fp.Pyramid(4, 1.1),
             {"depth": 1e-7},
-            "Sphere and sharp Cone; the tip is Pyramid.* Cone with the same areas",
+            "edges and faces of pyramids.*10 to 60 degrees; here it is 63.02536 degrees",
         ),
-        (GEL, fp.SpheroCone(1e-7, 0.3), {"depth": 1e-7}, "Sphere and sharp Cone; the tip is Rounded"),
-        (GEL, fp.Paraboloid(1e-5), {"depth": 1e-7}, "Sphere and sharp Cone; the tip is Paraboloid"),
+        (GEL, fp.Knoop(), {"depth": 1e-7}, "here it is 3.75 degrees"),
+        (GEL, fp.Berkovich(tip_radius=1e-8), {"depth": 1e-7}, "sharp pyramids; the tip is Rounded"),
+        (GEL, fp.SpheroCone(1e-7, 0.3), {"depth": 1e-7}, "sharp pyramids; the tip is Rounded"),
+        (GEL, fp.Paraboloid(1e-5), {"depth": 1e-7}, "Sphere and sharp Cone.* the tip is Paraboloid"),
         (GEL, fp.Cone(np.radians(9)), {"depth": 1e-7}, "inclined by 10 to 60 degrees; here it is 9 degrees"),
         (GEL, fp.Cone(np.radians(70)), {"depth": 1e-7}, "inclined by 10 to 60 degrees; here it is 70 degrees"),
         (fp.HalfSpace(5e3, 0.3), fp.Cone(0.5), {"depth": 1e-7}, "Poisson ratios from 0.45 to 0.5; here it is 0.3"),
@@ -243,10 +294,10 @@ def test_fits_find_the_modulus_of_deep_curves(quick, ratio):
 
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize("thickness", [np.inf, H])
-@pytest.mark.parametrize("angle", [25.0, 52.0])
-def test_fits_find_the_modulus_under_cones(quick, angle, thickness):
+@pytest.mark.parametrize("tip", [fp.Cone(np.radians(25)), fp.Cone(np.radians(52)), fp.Pyramid(4, np.radians(35))])
+def test_fits_find_the_modulus_under_sharp_tips(quick, tip, thickness):
     """The factor belongs to the true angle, though tables of fits take cones of unit slope where forces scale with it."""
-    tip, deepest = cone(angle), 0.499 * H
+    deepest = 0.499 * H
 
     def gel(young):
         layer = fp.Layer(young, 0.4999, H)
@@ -287,6 +338,9 @@ def test_case_files(tmp_path):
     assert float(fp.indent(case.medium, case.indenter, **case.arguments).strain_factor[0]) == pytest.approx(
         0.98, abs=0.02
     )
+    path.write_text(CASE.replace('"sphere", radius = "10 um"', '"pyramid", sides = 4, inclination = "35 deg"'))
+    case = fp.read_case(path)
+    assert float(fp.indent(case.medium, case.indenter, **case.arguments).force_error[0]) > 0.005
     path.write_text(CASE.replace('"sphere", ', '"paraboloid", '))
     with pytest.raises(ValueError, match="the tip is Paraboloid"):
         fp.read_case(path)
@@ -322,11 +376,12 @@ def test_points_under_cones_by_finite_elements():
     pytest.importorskip("skfem")
     from finite_strain.laws import Law
     from finite_strain.point import cone_point
+    from finite_strain.tips import RoundedCone
 
     for angle, thickness in ((23.0, 1.0), (41.0, 2.0)):
-        found = cone_point(Law(0.4999), angle, thickness, 0.4, 4)
+        found = cone_point(Law(0.4999), RoundedCone(angle), thickness, 0.4, 4)
         gel = fp.Medium([fp.Layer(1.0, 0.4999, thickness)], base=fp.RigidBase())
         table = fp.indent(gel, cone(angle), depth=0.4 * found.depth, finite_strain=LAW)
         assert found.linear == pytest.approx(1.0, abs=2e-3)
         assert found.ratio == pytest.approx(float(table.strain_factor[0]), abs=float(table.force_error[0]))
-    assert cone_point(Law(0.4999), 1.0, np.inf, 1e-3, 4).ratio == pytest.approx(1.0, abs=2e-3)
+    assert cone_point(Law(0.4999), RoundedCone(1.0), np.inf, 1e-3, 4).ratio == pytest.approx(1.0, abs=2e-3)

@@ -22,7 +22,8 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Control, Curve
-from flatpunch.indenters import Cone, Sphere
+from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, Sphere, angular_rule
+from flatpunch.indenters.shapes.facets import face_gradients
 from flatpunch.media import FreeLayer, HalfSpace, Layer, Medium, RigidBase
 
 NEO_HOOKEAN = "neo-hookean"
@@ -116,12 +117,15 @@ class Strained:
         Coordinates of the Poisson ratio, and of the thickness or the angle.
     deepest : float
         Largest depth of the table [m]; inf for cones on half-spaces.
+    bounds : tuple of float
+        Coordinates of the cones through a pyramid's shallowest edge and steepest face; none for a tip of revolution.
     """
 
     family: str
     z: float
     y: float
     deepest: float
+    bounds: tuple[float, ...] = ()
 
     @property
     def end(self) -> str:
@@ -129,17 +133,33 @@ class Strained:
         parts = "the thickness" if self.family == CONES else "the thickness and of the radius"
         return f"the table of finite_strain ends at {text(self.deepest, 'm')}, half of {parts}."
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What a result says about pyramids."""
+        if not self.bounds:
+            return ()
+        edges, faces, own = (f"{angle_at(y):.3g}" for y in (*self.bounds, self.y))
+        return (
+            f"Large strains under a pyramid are estimated by the cone with the same areas, inclined by {own} degrees; the error "
+            f"is the difference to the cones through the edges and the faces, inclined by {edges} and {faces} degrees.",
+        )
+
     def ratio(self, depth: Array) -> tuple[Array, Array, Array]:
         """Force over that of linear theory, its derivative by the depth [1/m], and its error, at depths of shape (n,).
 
-        Constant beyond the table.
+        Constant beyond the table. To the error of a pyramid the distance to the farther one of its bounds is added, there or on
+        a half-space: on layers factors of different angles cross.
         """
-        power = 1.0 if self.family == CONES else 0.5
+        power, table = (1.0 if self.family == CONES else 0.5), tables()[self.family]
         x = np.clip(depth / self.deepest, 0.0, 1.0) ** power
-        ratio, slope, error = tables()[self.family].at(self.z, self.y, x)
+        ratio, slope, error = table.at(self.z, self.y, x)
+        apart = np.zeros_like(x)
+        for at in (x, np.zeros_like(x)) if self.bounds else ():
+            own, *others = (table.at(self.z, y, at)[0] for y in (self.y, *self.bounds))
+            apart = np.maximum(apart, np.abs(np.subtract(others, own)).max(axis=0))
         # without contact there is no force to correct
         inside = (depth > 0) & (depth <= self.deepest * (1 + SETTLED**2))
-        return ratio, np.divide(power * slope * x, depth, out=np.zeros_like(x), where=inside), error
+        return ratio, np.divide(power * slope * x, depth, out=np.zeros_like(x), where=inside), error + apart
 
 
 def strained(medium: object, indenter: object) -> Strained:
@@ -150,29 +170,50 @@ def strained(medium: object, indenter: object) -> Strained:
     BadValue
         If the table does not hold it.
     """
-    if not isinstance(indenter, Sphere | Cone):
+    if not isinstance(indenter, Sphere | Cone | Pyramid | FacetedPyramid):
         raise BadValue(
             "finite_strain",
             repr(NEO_HOOKEAN),
-            f"is tabulated for Sphere and sharp Cone; the tip is {type(indenter).__name__}. Leave finite_strain out; the "
-            "strain_factor of the Cone with the same areas estimates what it would change for a pyramid.",
+            f"is tabulated for Sphere and sharp Cone, and estimated for sharp pyramids; the tip is {type(indenter).__name__}. "
+            "Leave finite_strain out.",
         )
     poisson, thickness = _layer(medium)
     if poisson < POISSON:
         raise _beyond(f"Poisson ratios from {POISSON:g} to 0.5", f"{poisson:.10g}")
     z = math.sqrt((0.5 - poisson) / (0.5 - POISSON))
-    if isinstance(indenter, Cone):
-        angle = math.degrees(indenter.inclination)
-        y = (angle - ANGLES[0]) / (ANGLES[1] - ANGLES[0])
-        if not -ROUNDING < y < 1 + ROUNDING:
-            raise _beyond(f"cones inclined by {ANGLES[0]:g} to {ANGLES[1]:g} degrees", f"{angle:.7g} degrees")
-        return Strained(CONES, z, min(max(y, 0.0), 1.0), DEEP * thickness)
+    if not isinstance(indenter, Sphere):
+        *bounds, y = map(_of_angle, _cones(indenter))
+        return Strained(CONES, z, y, DEEP * thickness, tuple(bounds))
     over = thickness / indenter.radius
     if over < THIN * (1 - ROUNDING):
         raise _beyond(f"layers of {THIN:g} or more radii of the sphere", f"{over:.7g} radii")
     if over < 1:
         return Strained("thin", z, min(1 - math.log(over) / math.log(THIN), 1.0), DEEP * thickness)
     return Strained("thick", z, 1 / over, DEEP * indenter.radius)
+
+
+def _cones(indenter: Cone | Pyramid | FacetedPyramid) -> tuple[float, ...]:
+    """Angles of the cones through a pyramid's shallowest edge and steepest face, and of that with the same areas [degrees]."""
+    slopes = [equal_area_slope(indenter)]
+    if not isinstance(indenter, Cone):
+        edge = float(indenter.angular(np.array(indenter.corners)).min())
+        slopes = [edge, float(np.hypot(*face_gradients(indenter).T).max()), *slopes]
+    return tuple(math.degrees(math.atan(slope)) for slope in slopes)
+
+
+def equal_area_slope(indenter: Cone | Pyramid | FacetedPyramid) -> float:
+    """Slope of the cone that has the same section at every height."""
+    phi, weights = angular_rule(indenter)
+    return float(weights @ indenter.angular(phi) ** -2.0) ** -0.5
+
+
+def _of_angle(angle: float) -> float:
+    """Inverse of `angle_at`, for angles of the table."""
+    y = (angle - ANGLES[0]) / (ANGLES[1] - ANGLES[0])
+    if not -ROUNDING < y < 1 + ROUNDING:
+        held = f"cones, and edges and faces of pyramids, that are inclined by {ANGLES[0]:g} to {ANGLES[1]:g} degrees"
+        raise _beyond(held, f"{angle:.7g} degrees")
+    return min(max(y, 0.0), 1.0)
 
 
 def _layer(medium: object) -> tuple[float, float]:
@@ -257,6 +298,7 @@ def solve(place: Strained, linear: Callable[[Control], Curve], control: Control)
         force=control.values if control.name == "force" else curve.force * ratio,
         stiffness=curve.stiffness * ratio + curve.force * rate,
         extra=extra,
+        notes=curve.notes + place.notes,
     )
 
 

@@ -132,7 +132,8 @@ def indent(
         otherwise.
     finite_strain : {"neo-hookean"}, optional
         Corrects forces and stiffnesses of a Sphere or a sharp Cone (10 to 60 degrees) for large strains, on a half-space or one
-        bonded layer on a rigid base, nu >= 0.45, at depths up to half of the thickness, and of the radius of a sphere. The result
+        bonded layer on a rigid base, nu >= 0.45, at depths up to half of the thickness, and of the radius of a sphere. Under a
+        sharp pyramid the correction is estimated by the cone with the same areas, with a larger error. The result
         has `strain_factor`, force over that of linear theory, and its error in `force_error`; radius, area and contour are those
         of linear theory.
 
@@ -186,8 +187,8 @@ def indent(
     solver = solver_of(choice.method, indenter)
     if large is not None:
         curve = finite_strain_curve(large, lambda each: solver.solve(kernel, indenter, each, phi), control)
-        # the method is exact for linear theory alone
-        reason = "round tip, forces at large strain from a table"
+        # a method is exact for linear theory alone
+        reason = f"{'round tip' if indenter.round else choice.reason}, forces at large strain from a table"
         result = result_of(curve, phi, medium, indenter, control, choice)
         return result.assign_attrs(finite_strain=finite_strain, method_reason=reason)
     curve = choice.curve or solver.solve(kernel, indenter, control, phi)

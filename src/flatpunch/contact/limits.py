@@ -140,8 +140,8 @@ def _large_strains(curve: Curve, medium: Body | FreeLayer, indenter: Indenter, t
         "not tabulated for this case: under spheres at half of the thickness, bonded neo-Hookean layers take from 6 % less force "
         "than linear theory (thick and incompressible) to 21 % more (thin, nu = 0.45).",
     )
-    if indenter.round and not isinstance(indenter, Cylinder):
-        # methods of non-round tips say so themselves
+    if is_rising(indenter) and not isinstance(indenter, Cylinder):
+        # boundary elements, which solve all others, have a slope from cells
         notes += steepness(indenter, curve.radius, curve.depth)
     number = overestimate(medium, indenter, curve.depth) if notes else None
     return notes if number is None else (f"Strains are no longer small: {number}",)

@@ -19,7 +19,7 @@ from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.contact.curve import Control, Curve, Extra, first_failure
-from flatpunch.contact.limits import cut_off, steep_faces, steepness
+from flatpunch.contact.limits import cut_off, steep_faces
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.contact.pressure_field import PressureField
 from flatpunch.indenters.profile import Indenter, check_rising, is_rising
@@ -136,7 +136,7 @@ def solve(
         contour=contour,
         valid=sound & (inside | (not getattr(indenter, "cut", False))),
         notes=notes
-        + (steepness(indenter, radius, depth) if rising else steep_faces(slope, depth))
+        + (() if rising else steep_faces(slope, depth))
         + (cut_off(indenter, contour, phi, depth) if not getattr(indenter, "cut", False) else ())
         + first_failure(~inside, depth, _at_end(indenter)),
         extra={**extra, **(_fields(found, rows, control.values.size) if fields and found else {})},

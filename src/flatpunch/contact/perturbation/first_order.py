@@ -15,7 +15,6 @@ import scipy
 from flatpunch._support.checks import Array, Flags
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, Extra, first_failure
-from flatpunch.contact.limits import steepness
 from flatpunch.contact.perturbation.error import estimates, first_order_error
 from flatpunch.contact.perturbation.first_order_outline import area, growth_factor, outline
 from flatpunch.contact.round.mean_profile import Evaluate, mean_contact
@@ -60,8 +59,6 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
         "pass through the axis): the contact responds too strongly to the asymmetry, as under stiff films. Force, depth "
         "and stiffness are those of the mean profile.",
     )
-    if not indenter.round:
-        notes += steepness(indenter, contact.radius, contact.depth)
     return Curve(
         depth=contact.depth,
         force=contact.force,

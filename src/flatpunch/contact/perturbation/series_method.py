@@ -12,7 +12,6 @@ from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, check_reach
-from flatpunch.contact.limits import steepness
 from flatpunch.contact.perturbation.limits import LARGEST_SWING as LARGEST_SWING
 from flatpunch.contact.perturbation.limits import outline_causes
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
@@ -121,7 +120,6 @@ def solve_expansion(
     contact = controlled(kernel, indenter, expansion, control)
     valid, notes = soundness(kernel, expansion.loading, contact)
     notes += outline_causes(kernel, indenter, contact)
-    notes += steepness(indenter, contact.mean_radius, contact.depth)
     curve = Curve(
         depth=contact.depth,
         force=contact.force,

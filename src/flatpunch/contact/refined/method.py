@@ -16,7 +16,7 @@ from flatpunch.bem.outline import enough_rays
 from flatpunch.compliance import Kernel
 from flatpunch.contact.boundary_elements.error import along_rays, located
 from flatpunch.contact.curve import FORCE_ERROR, UNITS, Control, Curve, first_failure
-from flatpunch.contact.limits import cut_off, steepness
+from flatpunch.contact.limits import cut_off
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.contact.refined.interpolation import Interpolation
@@ -99,7 +99,7 @@ def solve(
         stiffness=filled(found.growth) * force / np.where(live, depth, 1.0),
         contour=contour,
         valid=np.isfinite(filled(found.force_error)) & located(contour_error),
-        notes=notes + steepness(indenter, radius, depth) + cut_off(indenter, contour, phi, depth),
+        notes=notes + cut_off(indenter, contour, phi, depth),
         extra=estimates(filled(found.force_error), np.where(untraced, np.inf, contour_error)),
     )
 
