@@ -192,7 +192,9 @@ class Judged:
     def _sheared(self) -> bool:
         """Whether infinite pressure shears the surface: material that is isotropic and incompressible has it on all sides."""
         plane = plane_at(self.body, np.zeros(1), np.zeros(1, dtype=int))
-        return bool(plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12)
+        return bool(
+            plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12
+        )
 
 
 class Search(Protocol):
