@@ -150,3 +150,14 @@ def test_bad_input():
         fp.Interface(shear=-1.0)
     with pytest.raises(TypeError, match=r"Layer.bonded = 'yes' must be True, False or an Interface"):
         fp.Layer(1.0, 0.3, 1.0, bonded="yes")
+
+
+@pytest.mark.parametrize("name", TOPS)
+@pytest.mark.parametrize("face", [True, False, fp.Interface(shear=0.3), fp.Interface(0.5, 2.0)], ids=str)
+@pytest.mark.parametrize("base", [BASE, fp.RigidBase()], ids=["elastic", "rigid"])
+def test_waves_at_depth_reach_the_surface_with_its_compliance(name, face, base):
+    """By two roads: states that are swept up and down, and the flexibility of all that lies below."""
+    medium = fp.Medium([replace(TOPS[name], bonded=face)], base)
+    waves = waves_at(medium, K, np.array([0.0, 0.4]), np.zeros(2, dtype=int))
+    # steps through graded layers leave 1e-9
+    np.testing.assert_allclose(waves.normal[1, :, 0] / K, fp.compliance(medium)(K), rtol=1e-8)

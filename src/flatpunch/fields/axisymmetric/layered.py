@@ -18,11 +18,11 @@ from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.fields.axisymmetric.wave_table import waves_between
 from flatpunch.compliance.power_law_depth import power_law_waves
 from flatpunch.compliance.stack import Body, attenuation, fastest_rate, interfaces
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
+from flatpunch.fields.axisymmetric.wave_table import waves_between
 from flatpunch.media import GradedLayer, Medium, PowerLawHalfSpace
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch import UnresolvedLayer

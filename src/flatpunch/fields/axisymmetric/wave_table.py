@@ -2,8 +2,8 @@
 
 Integrals over oscillating Bessel functions need many wavenumbers; the fields themselves are smooth over an octave of them, and
 graded layers are crossed in a hundred steps. Poles of the response lie away from real k, at the inverse of the lengths over which
-layers bend, stretch and shear on what is below: below the smallest of these one panel is enough. The fields at the nodes are kept:
-loads of different sizes, and points at different distances from them, share depths and panels.
+layers bend, stretch and shear on what is below: below the smallest of these one panel is enough. The fields at the nodes are
+kept: loads of different sizes, and points at different distances from them, share depths and panels.
 """
 
 from __future__ import annotations

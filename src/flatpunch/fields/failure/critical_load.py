@@ -152,7 +152,8 @@ def critical_load(
     Notes
     -----
     Yield and shear in the layer at the surface are reached at the first touch where the pressure is infinite: under the apex and
-    edges of sharp tips, and at the border of flat ends that are worn into a tip. So are they under the rim of a `Cylinder`.
+    edges of sharp tips, and at the border of flat ends that are worn into a tip, round or not. So are they under the rim of a
+    `Cylinder`, and under friction tension behind it. Incompressible material bears infinite pressure, but not its friction.
     """
     search, friction_of = _search(medium, indenter, strengths, friction, residual_stress)
     return _found(search, medium, friction_of)
@@ -292,12 +293,15 @@ def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
     if size == np.inf and search.limits()[2] == resolved_radius(search.kernel):
         raise UnresolvedLayer(_undecided(search, search.kernel, worst))
     kind, layer, body = worst.what
+    nothing = pointed_table(search.indenter) if size == 0 else ()
     if np.isinf([size, worst.utilisation]).any():
-        own = pointed_table(search.indenter) if size == 0 else ()
-        return CriticalLoad(size, size, size, kind, layer, worst.place, margins(events, named=named), body, notes=own)
+        return CriticalLoad(
+            size, size, size, kind, layer, worst.place, margins(events, named=named), body, notes=nothing
+        )
     off = max(search.error(worst, size or search.limits()[0]), abs(worst.utilisation - 1) if size else 0.0)
     if size == 0 and worst.utilisation * (1 - off) > 1:
-        return CriticalLoad(size, size, size, kind, layer, worst.place, margins(events, named=named), body, off)
+        every = margins(events, named=named)
+        return CriticalLoad(size, size, size, kind, layer, worst.place, every, body, off, nothing)
     if size == 0 or off >= 1:
         raise UnresolvedLayer(_uncertain(worst, off, layered=any(each.tops.size > 1 for each in search.bodies)))
     force, depth, radius = search.contact(size)

@@ -194,7 +194,9 @@ class Judged:
         if isinstance(self.body, PowerLawHalfSpace):
             return False
         plane = plane_at(self.body, np.zeros(1), np.zeros(1, dtype=int))
-        return bool(plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12)
+        return bool(
+            plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12
+        )
 
 
 class Search(Protocol):

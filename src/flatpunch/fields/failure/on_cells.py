@@ -71,7 +71,9 @@ class CellSearch:
 
     def singular(self, size: float) -> list[Event]:
         """Infinite stresses at a size."""
-        return [event for each in self.bodies for event in each.singular(self.indenter, size, sliding=self.friction > 0)]
+        return [
+            event for each in self.bodies for event in each.singular(self.indenter, size, sliding=self.friction > 0)
+        ]
 
     def events(self, size: float, only: int | None = None) -> list[Event]:
         """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""

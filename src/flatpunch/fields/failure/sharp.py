@@ -1,4 +1,4 @@
-"""Where the pressure under a tip is infinite: at its apex, along its edges, at the border of a flat end, under the rim of a punch."""
+"""Where the pressure under a tip is infinite: at its apex and edges, at the border of a flat end, under the rim of a punch."""
 
 from __future__ import annotations
 
@@ -37,17 +37,21 @@ def is_pointed(indenter: Indenter, radius: float) -> bool:
     # round tips have a slope at the apex; that of others depends on the direction, beside it
     beside = 0.0 if indenter.round else 1e-3 * first
     slope = np.asarray(indenter.slope(np.full(SCATTERED.shape, beside), SCATTERED)).max()
-    return bool(slope > _POINTED * np.asarray(indenter.height(np.full(SCATTERED.shape, first), SCATTERED)).max() / first)
+    return bool(
+        slope > _POINTED * np.asarray(indenter.height(np.full(SCATTERED.shape, first), SCATTERED)).max() / first
+    )
 
 
 def pointed_table(indenter: Indenter) -> tuple[str, ...]:
-    """Note on a tip that is a cone at its apex by its table alone."""
-    if not (indenter.round and getattr(indenter, "tabulated", False) and is_pointed(indenter, indenter.reach)):
+    """Note on a load of zero under a tip whose slope at its apex comes from a table."""
+    if not (indenter.round and getattr(indenter, "tabulated", False)):
         return ()
     slope = float(np.asarray(indenter.slope(np.zeros(1), np.zeros(1)))[0])
+    if slope == 0:
+        return ()
     return (
-        f"The table of the tip begins with a slope of {slope:.2g}, like a cone, so that the pressure at the apex is infinite. If "
-        "the tip is round there, give more points below the first radius, at heights that grow like its square.",
+        f"The table of the tip begins with a slope of {slope:.2g}, like a cone, so that stresses at the apex are large under any "
+        "load. If the tip is round there, give more points below the first radius, at heights that grow like its square.",
     )
 
 
@@ -66,7 +70,9 @@ def _border(indenter: Indenter) -> tuple[float, float] | None:
     """Nearest place on the border of a flat end, which is in contact as a whole; None if the tip rises from its apex."""
     if not indenter.rings:
         return None
-    low, high = (np.full(SCATTERED.shape, ring) for ring in (indenter.rings[0] * (1 - 1e-9), indenter.rings[-1] * (1 + 1e-9)))
+    low, high = (
+        np.full(SCATTERED.shape, ring) for ring in (indenter.rings[0] * (1 - 1e-9), indenter.rings[-1] * (1 + 1e-9))
+    )
     if np.any(indenter.slope(low, SCATTERED)):
         return None
     for _ in range(50):
