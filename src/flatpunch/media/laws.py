@@ -7,7 +7,7 @@ one with the same parameters, so that media made of them can be cached and writt
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import scipy
@@ -173,6 +173,41 @@ class DepthTable:
     def breaks(self) -> tuple[float, ...]:
         """Depths at which the second derivative jumps [m]."""
         return self.depths[1:-1]
+
+
+@readable
+@dataclass(frozen=True, slots=True)
+class Multiple:
+    """A law times a number.
+
+    Parameters
+    ----------
+    law : callable
+    factor : float
+    """
+
+    law: Law
+    factor: float
+
+    def __call__(self, z: Array) -> Array:
+        """Values at depths z [m]."""
+        return np.asarray(self.factor * self.law(z))
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Depths at which the second derivative jumps [m]."""
+        return tuple(getattr(self.law, "breaks", ()))
+
+
+def times(law: Law, factor: float) -> Law:
+    """The law times a number, of its own kind where that has a number to multiply."""
+    if isinstance(law, _Transition):
+        return replace(law, top=factor * law.top, bottom=factor * law.bottom)
+    if isinstance(law, DepthTable):
+        return DepthTable(law.depths, tuple(factor * entry for entry in law.entries))
+    if isinstance(law, Constant):
+        return Constant(factor * law.value)
+    return Multiple(law, factor)
 
 
 @readable
