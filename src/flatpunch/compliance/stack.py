@@ -118,8 +118,8 @@ class Decay:
 def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
     """Depths over which load waves decay as exp(-k depth) at least [m]: z itself, but of anisotropic layers a multiple.
 
-    The fields of a wave decay at the slower rate of each transversely isotropic layer, and in the top layer those of the half-space
-    of its surface, which are split off there, at that of the surface.
+    The fields of a wave decay at the slower rate of each transversely isotropic layer, and in the top layer those of the
+    half-space of its surface, which are split off there, at that of the surface.
     """
     faces = np.concatenate([[0.0], interfaces(medium), [np.inf]])
     found = z.copy()

@@ -199,17 +199,6 @@ class Multiple:
         return tuple(getattr(self.law, "breaks", ()))
 
 
-def times(law: Law, factor: float) -> Law:
-    """The law times a number, of its own kind where that has a number to multiply."""
-    if isinstance(law, _Transition):
-        return replace(law, top=factor * law.top, bottom=factor * law.bottom)
-    if isinstance(law, DepthTable):
-        return DepthTable(law.depths, tuple(factor * entry for entry in law.entries))
-    if isinstance(law, Constant):
-        return Constant(factor * law.value)
-    return Multiple(law, factor)
-
-
 @readable
 @dataclass(frozen=True, slots=True)
 class Constant:
@@ -228,3 +217,15 @@ class Constant:
     def __call__(self, z: Array) -> Array:
         """The value at depths z [m]."""
         return np.full(np.shape(z), self.value)
+
+
+def times(law: Law, factor: float) -> Law:
+    """The law times a number, of its own kind where that has a number to multiply."""
+    named: object = law
+    if isinstance(named, _Transition):
+        return replace(named, top=factor * named.top, bottom=factor * named.bottom)
+    if isinstance(named, DepthTable):
+        return DepthTable(named.depths, tuple(factor * entry for entry in named.entries))
+    if isinstance(named, Constant):
+        return Constant(factor * named.value)
+    return Multiple(law, factor)
