@@ -1,8 +1,8 @@
 """How objects show themselves: one line as `repr`, a table with units as `str` and in notebooks.
 
 `readable` gives a dataclass all three. A class whose table is not simply its fields defines `_table_`, which returns a `Table`;
-one whose line is not simply its constructor defines `_line_`; one that has some fields in some cases only names those that it has not
-in `_absent_`.
+one whose line is not simply its constructor defines `_line_`; one that has some fields in some cases only names in `_absent_`
+those that are not shown.
 """
 
 from __future__ import annotations

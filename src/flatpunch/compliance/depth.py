@@ -29,7 +29,6 @@ from flatpunch.compliance.transverse import Sheet, Solid, flexibility_of, system
 from flatpunch.media import GradedLayer, Interface, Medium, RigidBase, TransverselyIsotropicLayer
 from flatpunch.media.transverse import Plane, exponents, over
 
-
 _CHANGE = 0.2
 """Largest relative change of a coefficient over a step through a graded layer: order 8 leaves 1e-9."""
 

@@ -118,13 +118,17 @@ class Decay:
 def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
     """Depths over which load waves decay as exp(-k depth) at least [m]: z itself, but of anisotropic layers a multiple.
 
-    The fields of a wave decay at the slower rate of each transversely isotropic layer.
+    The fields of a wave decay at the slower rate of each transversely isotropic layer, and in the top layer those of the
+    half-space of its surface, which are split off there, at that of the surface.
     """
     faces = np.concatenate([[0.0], interfaces(medium), [np.inf]])
     found = z.copy()
     for i, body in enumerate(_bodies(medium)):
-        own = np.clip(z, faces[i], faces[i + 1]) - faces[i]
-        found += Decay.of(body).down_to(own) - own
+        own, decay = np.clip(z, faces[i], faces[i + 1]) - faces[i], Decay.of(body)
+        reached = decay.down_to(own)
+        if i == 0:
+            reached = np.where(z <= faces[1], np.minimum(reached, decay.slow[0] * own), reached)
+        found += reached - own
     return found
 
 

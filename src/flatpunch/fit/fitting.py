@@ -24,7 +24,7 @@ from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.scaling import external
+from flatpunch.fit.parameters.scaling import MODULI, external
 from flatpunch.fit.parameters.settings import Free, FreeNames, Loss, Settings, SettingsOf, as_free
 from flatpunch.fit.parameters.unknowns import NUISANCE, Unknowns
 from flatpunch.fit.report.estimate import estimated
@@ -239,9 +239,9 @@ def about_tilt(setup: Setup, x: Array, result: FitResult, shared: Sequence[str] 
         place = objective.names.index("tilt")
         x, lower, upper = (np.insert(v, place, e) for v, e in ((x, 0.0), (lower, -np.inf), (upper, np.inf)))
     flat = np.array([straight and name == "tilt" for name in objective.names])
-    held = flat | np.array([name in shared and not name.endswith("young") for name in objective.names])
+    held = flat | np.array([name in shared and not name.endswith(MODULI) for name in objective.names])
     other = minimise(objective.evaluate, np.where(flat, 0.0, x), lower, upper, fixed=held, settled=SOON).x
-    moved = {n: external(n, float(t)) for n, t in zip(objective.model.free, other, strict=False) if n.endswith("young")}
+    moved = {n: external(n, float(t)) for n, t in zip(objective.model.free, other, strict=False) if n.endswith(MODULI)}
     return tilt_note("constant" if straight else "linear", {n: (v, result.estimates[n]) for n, v in moved.items()})
 
 

@@ -26,7 +26,7 @@ from flatpunch.fit.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.models import bounds, check_free, model_of
 from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.scaling import OF
+from flatpunch.fit.parameters.scaling import MODULI, OF
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.report.estimate import estimated
 from flatpunch.fit.report.findings import about_contact, judged
@@ -210,7 +210,7 @@ def _problem(measured: Measured, sample: Sample, free: Mapping[str, Free], setti
 def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
     """A descent in which the moduli alone are free among the parameters of the sample: one curve determines no more."""
     names, count = setup.objective.names, len(setup.objective.model.free)
-    fixed = np.array([j < count and not names[j].endswith("young") for j in range(len(names))])
+    fixed = np.array([j < count and not names[j].endswith(MODULI) for j in range(len(names))])
     held = replace(setup, lower=np.where(fixed, start, setup.lower), upper=np.where(fixed, start, setup.upper))
     return descended(held, start, settings).x
 

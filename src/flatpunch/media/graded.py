@@ -8,7 +8,7 @@ thickness when the layer is built.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -16,10 +16,11 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, positive, real, shown, values
+from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.media.interface import Interface, lower_face
-from flatpunch.media.laws import Constant, DepthTable, Law
+from flatpunch.media.laws import Constant, DepthTable, Law, times
 from flatpunch.media.transverse import Plane, contact_modulus, isotropic_plane, plane_of_arrays
 
 CONTRAST = 1e25
@@ -213,6 +214,12 @@ class GradedLayer:
                 f"at depth z = {text(float(at), 'm')} makes the body unstable: its square must not exceed "
                 f"(1 - poisson)/2 young_axial/young = {(1 - nu) / 2 * axial / young:.4g} there.",
             )
+
+
+def graded_times(layer: GradedLayer, factor: float) -> GradedLayer:
+    """The layer with all moduli multiplied by a factor."""
+    moduli: Plain = {name: times(getattr(layer, name), factor) for name in layer.laws if not name.startswith("poisson")}
+    return replace(layer, **moduli)
 
 
 def _as_law(name: str, value: object, thickness: float, unit: str) -> Law:

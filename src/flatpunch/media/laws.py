@@ -7,7 +7,7 @@ one with the same parameters, so that media made of them can be cached and writt
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import scipy
@@ -177,6 +177,30 @@ class DepthTable:
 
 @readable
 @dataclass(frozen=True, slots=True)
+class Multiple:
+    """A law times a number.
+
+    Parameters
+    ----------
+    law : callable
+    factor : float
+    """
+
+    law: Law
+    factor: float
+
+    def __call__(self, z: Array) -> Array:
+        """Values at depths z [m]."""
+        return np.asarray(self.factor * self.law(z))
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Depths at which the second derivative jumps [m]."""
+        return tuple(getattr(self.law, "breaks", ()))
+
+
+@readable
+@dataclass(frozen=True, slots=True)
 class Constant:
     """One value at every depth.
 
@@ -193,3 +217,15 @@ class Constant:
     def __call__(self, z: Array) -> Array:
         """The value at depths z [m]."""
         return np.full(np.shape(z), self.value)
+
+
+def times(law: Law, factor: float) -> Law:
+    """The law times a number, of its own kind where that has a number to multiply."""
+    named: object = law
+    if isinstance(named, _Transition):
+        return replace(named, top=factor * named.top, bottom=factor * named.bottom)
+    if isinstance(named, DepthTable):
+        return DepthTable(named.depths, tuple(factor * entry for entry in named.entries))
+    if isinstance(named, Constant):
+        return Constant(factor * named.value)
+    return Multiple(law, factor)

@@ -1,7 +1,8 @@
 """Numbers of a medium and a tip by their attribute paths: reading and replacing them.
 
 "layers[0].young", "base.poisson", "layers[1].young.entries[3]" (a node of a table), "upper.layers[0].thickness" of two bodies,
-"indenter.radius". A half-space by itself is its own base.
+"layers[1].surface_modulus" (all moduli of a graded layer at their ratios), "indenter.radius". A half-space by itself is its own
+base.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from typing import Any, TypeVar
 
 from flatpunch._support.paths import Plain, steps
 from flatpunch.media.bodies import HalfSpace
+from flatpunch.media.graded import GradedLayer, graded_times
 from flatpunch.media.laws import Constant
 from flatpunch.media.power_law import PowerLawHalfSpace
 from flatpunch.media.transverse import TransverselyIsotropic, TransverselyIsotropicHalfSpace, scaled
@@ -66,6 +68,9 @@ def _replaced(thing: Any, changes: Any) -> Any:
         return tuple(entries)
     if isinstance(thing, _BASES) and "base" in changes:
         return _replaced(thing, changes["base"])
+    if isinstance(thing, GradedLayer) and "surface_modulus" in changes:
+        changes = dict(changes)
+        thing = graded_times(thing, changes.pop("surface_modulus") / thing.surface_modulus)
     if isinstance(thing, TransverselyIsotropic) and "young" in changes:
         changes = dict(changes)
         thing = scaled(thing, changes.pop("young") / thing.young)

@@ -25,6 +25,7 @@ from flatpunch.fit.measured.approach import Approach, approach_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.signal import CLEAR, check_saturation, converter_step, noise_of, spread_of
 from flatpunch.fit.parameters.sample import WORK
+from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
@@ -285,7 +286,7 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
     """
     model = AdhesiveModel(objective.model.sample, objective.model.free, objective.model.method, approximate=True)
     theta, count = model.start(), len(model.free)
-    moduli = [j for j, name in enumerate(model.free) if name.endswith("young")]
+    moduli = [j for j, name in enumerate(model.free) if name.endswith(MODULI)]
     works = [j for j, name in enumerate(model.free) if name == WORK]
     assert objective.loaded is not None
     chosen = objective.loaded[:: max(objective.loaded.size // _SCANNED, 1)]

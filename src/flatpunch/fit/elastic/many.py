@@ -23,6 +23,7 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.least_squares.blocks import CONTACT, FREE
 from flatpunch.fit.measured.approach import Approach, approach_of
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Baseline, Settings
 
 _SCANNED = 48
@@ -116,7 +117,7 @@ def supported(model: object, settings: Settings) -> bool:
     return (
         isinstance(model, ForwardModel)
         and len(model.free) == 1
-        and model.free[0].endswith("young")
+        and model.free[0].endswith(MODULI)
         and settings.contact == "free"
         and settings.baseline in ("auto", "constant", "linear", "none")
         and settings.loss == "linear"

@@ -42,6 +42,7 @@ from flatpunch.fit.measured.signal import (
     saturated,
     without_spikes,
 )
+from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
@@ -103,7 +104,7 @@ class Problem:
     @property
     def moduli(self) -> list[int]:
         """Which of the free parameters are moduli."""
-        return [j for j, free in enumerate(self.model.free) if free.endswith("young")]
+        return [j for j, free in enumerate(self.model.free) if free.endswith(MODULI)]
 
     def contacts(self, objective: Objective) -> tuple[float, float]:
         """Contact points that are allowed, those of the user or the whole curve and ten times as much before it."""

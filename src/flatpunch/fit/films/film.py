@@ -26,7 +26,7 @@ from flatpunch.fit.half_space.contact_area import punch_modulus
 from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
-from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
+from flatpunch.fit.parameters.scaling import MODULI, external, internal, replaced, slope, value_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.quantities import label, quantity
@@ -37,7 +37,7 @@ _FRAME = "frame"
 
 def _unit(name: str) -> str:
     """SI unit of a fitted value of a film."""
-    return "m/N" if name == _FRAME else "Pa" if name.endswith("young") else "m" if name.endswith("thickness") else ""
+    return "m/N" if name == _FRAME else "Pa" if name.endswith(MODULI) else "m" if name.endswith("thickness") else ""
 
 
 def _label(name: str) -> str:

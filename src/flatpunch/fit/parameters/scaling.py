@@ -91,6 +91,9 @@ def parameter_names(medium: Body, indenter: Indenter | None) -> list[str]:
             elif isinstance(layer, TransverselyIsotropicLayer):
                 # one modulus, the others at their ratios: more is not in a curve
                 names += [f"{prefix}layers[{i}].{attribute}" for attribute in ("young", "thickness")]
+            else:
+                # the law of depth keeps its shape
+                names.append(f"{prefix}layers[{i}].surface_modulus")
             if isinstance(layer.bonded, Interface):
                 springs = [kind for kind in ("normal", "shear") if getattr(layer.bonded, kind)]
                 names += [f"{prefix}layers[{i}].bonded.{kind}" for kind in springs]
@@ -141,6 +144,9 @@ _PLAIN = {
 }
 """Parameters that are fitted as they are, and between which limits; of all others the logarithm is."""
 
+
+MODULI = ("young", "surface_modulus")
+"""Ends of the names of moduli."""
 
 _SPRINGS = (".normal", ".shear")
 """Ends of the names of interface stiffnesses."""
@@ -224,7 +230,7 @@ class Scaling:
         """Internal value of the unit in which each parameter is measured."""
         shift = dict.fromkeys(self._all(), 0.0)
         for name in shift:
-            if name.endswith("young") and self.modulus:
+            if name.endswith(MODULI) and self.modulus:
                 shift[name] = u[self.modulus]
             elif name.endswith(_SPRINGS):
                 shift[name] = (u[self.modulus] if self.modulus else 0.0) - (u[self.length] if self.length else 0.0)
@@ -244,16 +250,17 @@ def scaling(medium: Body, indenter: Indenter, free: Sequence[str], *, large: boo
     """
     _check(medium, indenter, free)
     names = parameter_names(medium, indenter)
+    moduli_scale = all(isinstance(body, Medium | ElasticBase | RigidBase) for body in _bodies(medium).values())
     homogeneous = all(_homogeneous(body) for body in _bodies(medium).values())
     power = indenter.exponent is not None
     lengths_scale = homogeneous and (power or isinstance(indenter, (Sphere, Cylinder)))
-    moduli = [name for name in names if name.endswith("young")]
+    moduli = [name for name in names if name.endswith(MODULI)]
     lengths = [name for name in names if name.endswith("thickness")]
     tip = next((name for name in names if name.startswith("indenter")), None)
     if tip and not power:
         lengths.append(tip)
     unit_tip = tip if power and not large else None
-    modulus = _unit(moduli, free) if homogeneous else None
+    modulus = _unit(moduli, free) if moduli_scale else None
     length = _unit(lengths, free) if lengths_scale else None
     force: dict[str, float] = {}
     depth: dict[str, float] = {}

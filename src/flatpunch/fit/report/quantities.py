@@ -11,6 +11,7 @@ from flatpunch.fit.parameters.scaling import OF, kind
 
 _UNITS = {
     "young": "Pa",
+    "surface_modulus": "Pa",
     "thickness": "m",
     "radius": "m",
     "inclination": "rad",
@@ -37,6 +38,7 @@ _UNITS = {
 
 _WORDS = {
     "young": "E",
+    "surface_modulus": "contact modulus",
     "poisson": "Poisson ratio",
     "thickness": "thickness",
     "radius": "tip radius",

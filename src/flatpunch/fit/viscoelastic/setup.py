@@ -15,6 +15,7 @@ from flatpunch.fit.measured.approach import Approach, approach_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
 from flatpunch.fit.measured.signal import CLEAR, DIP, check_rise, check_saturation, converter_step, noise_of
+from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
@@ -198,7 +199,7 @@ def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[
     """Scan contact points, then relaxation, then contact points again; the amplitude by linear least squares."""
     names, count = coarse.names, len(coarse.model.free)
     origin, width, span, level, *_ = coarse.frame
-    moduli = [j for j in range(count) if names[j].endswith("young")]
+    moduli = [j for j in range(count) if names[j].endswith(MODULI)]
     x = np.zeros(len(names))
     x[:count] = coarse.model.start()
     place = names.index("contact") if "contact" in names else None
