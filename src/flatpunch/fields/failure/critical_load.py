@@ -294,11 +294,16 @@ def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
         raise UnresolvedLayer(_undecided(search, search.kernel, worst))
     kind, layer, body = worst.what
     nothing = pointed_table(search.indenter) if size == 0 else ()
-    if np.isinf([size, worst.utilisation]).any():
+    infinite = bool(np.isinf(worst.utilisation))
+    if size == np.inf or (size == 0 and infinite):
         return CriticalLoad(
             size, size, size, kind, layer, worst.place, margins(events, named=named), body, notes=nothing
         )
-    off = max(search.error(worst, size or search.limits()[0]), abs(worst.utilisation - 1) if size else 0.0)
+    off = (
+        0.0
+        if infinite
+        else max(search.error(worst, size or search.limits()[0]), abs(worst.utilisation - 1) if size else 0.0)
+    )
     if size == 0 and worst.utilisation * (1 - off) > 1:
         every = margins(events, named=named)
         return CriticalLoad(size, size, size, kind, layer, worst.place, every, body, off, nothing)

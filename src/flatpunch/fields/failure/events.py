@@ -29,6 +29,9 @@ _WORTH = 0.2
 _FOUND, _SOLVED, _MISSED = 1e-3, 1e-7, 0.01
 """Deviations of stress over strength from one: found on the grid, found at the refined place, not found."""
 
+BEYOND = 1e-6
+"""Share by which a contact is larger than a kink of the tip that it has just passed."""
+
 _ROUNDS = 20
 """Most halvings or doublings of the size from the load of the grid to that of the refined place."""
 
@@ -217,16 +220,33 @@ class Search(Protocol):
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
         """Follow an event to the place to which it moves as the contact grows."""
 
+    def turns(self, low: float, high: float) -> list[float]:
+        """Sizes between which stresses may rise and fall again, ascending: where the slope of the tip turns, and between."""
+
 
 def first_event(search: Search) -> tuple[float, Event, list[Event]]:
     """Size at which the first event happens, that event, and all events there; size zero or infinite without a crossing.
 
     Zero: the refined place is above its strength at the smallest size. Where the estimate jumps over one, the size is that of the
-    jump, and the event's utilisation, which is not one then, is part of its error.
+    jump, and the event's utilisation, which is not one then, is part of its error. It is infinite where a kink of the tip comes
+    into contact first.
     """
     low, start, high = search.limits()
     if at_once := search.singular(low):
         return 0.0, at_once[0], at_once
+    kink = next((size for size in search.turns(low, high) if search.singular(size)), None)
+    top = high if kink is None else kink * (1 - 2 * BEYOND)
+    found = _crossing(search, low, min(start, top), top)
+    for size in search.turns(low, min(found[0], top)):
+        if max(event.utilisation for event in search.events(size)) > 1 + _MISSED:
+            return _crossing(search, low, size, size)
+    if found[0] == np.inf and kink is not None:
+        return kink, search.singular(kink)[0], search.events(kink)
+    return found
+
+
+def _crossing(search: Search, low: float, start: float, high: float) -> tuple[float, Event, list[Event]]:
+    """A crossing between two sizes, found from `start` on."""
     size, events = _solved(search.events, start, low, high, _FOUND)
     worst = max(events, key=lambda event: event.utilisation)
     if _missed(worst) and worst.utilisation < 1 and size >= high * (1 - ROUNDING):

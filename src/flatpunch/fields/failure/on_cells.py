@@ -50,6 +50,10 @@ class CellSearch:
         """Smallest radius, start and largest radius [m]."""
         return radius_limits(self.bodies, self.kernel, counted_by(self.indenter), self.deepest)
 
+    def turns(self, low: float, high: float) -> list[float]:
+        """None: these tips rise evenly, or have no rings about one axis."""
+        return []
+
     def contact(self, size: float) -> tuple[float, float, float]:
         """Force [N], depth [m] and mean radius [m]."""
         solution = self._solved(size, _FINE)

@@ -17,7 +17,7 @@ from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.axisymmetric.layered import REACH, SECOND_REACH
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.axisymmetric.section import Section
-from flatpunch.fields.failure.events import DEEPEST, Event, Judged, expected_utilisation
+from flatpunch.fields.failure.events import BEYOND, DEEPEST, Event, Judged, expected_utilisation
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
@@ -64,6 +64,7 @@ class RoundSearch:
     deepest: float
     sections: dict[tuple[object, ...], Section] = field(default_factory=dict)
     loads: dict[tuple[float, bool], RingSources] = field(default_factory=dict)
+    known: dict[tuple[float, int | None], list[Event]] = field(default_factory=dict)
 
     @property
     def flat(self) -> bool:
@@ -88,6 +89,11 @@ class RoundSearch:
             return start / RANGE, start, min(start * RANGE, self.deepest)
         return radius_limits(self.bodies, self.kernel, self.indenter, self.deepest)
 
+    def turns(self, low: float, high: float) -> list[float]:
+        """Sizes just beyond the rings of the tip, and between them."""
+        rings = np.array(sorted(ring for ring in self.indenter.rings if low < ring < high)) * (1 + BEYOND)
+        return sorted([*rings.tolist(), *((rings[1:] + rings[:-1]) / 2).tolist()])
+
     def _load(self, size: float, *, again: bool = False) -> RingSources:
         if (size, again) not in self.loads:
             _, depth, radius = self.contact(size) if self.flat else (0.0, 0.0, size)
@@ -106,10 +112,11 @@ class RoundSearch:
 
     def events(self, size: float, only: int | None = None) -> list[Event]:
         """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
-        grid = self._grid(size, only)
-        return [event for each, i, stress, place in grid for event in each.largest(i, stress, place)] + self.singular(
-            size
-        )
+        key = size, only
+        if key not in self.known:
+            grid = self._grid(size, only)
+            self.known[key] = [event for each, i, stress, place in grid for event in each.largest(i, stress, place)]
+        return self.known[key] + self.singular(size)
 
     def maxima(self, size: float) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
