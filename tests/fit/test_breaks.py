@@ -78,6 +78,16 @@ def test_tips_behind_soft_cantilevers_counted_either_way(depth, force):
     assert fit(curve, START, TIP, ["base.young"])["base.young"] == pytest.approx(YOUNG, rel=0.02)
 
 
+@pytest.mark.parametrize("depth", [1.0, -1.0])
+@pytest.mark.parametrize("force", [1.0, -1.0])
+def test_a_tip_with_a_sensor_of_its_own_counted_either_way(depth, force):
+    """The noise of the force does not move it: a depth that fell while the force grew showed no contact."""
+    tip = np.linspace(-1e-6, 1e-6, 900)
+    load = hertz(tip) + 1e-3 * hertz(1e-6) * np.random.default_rng(3).normal(size=900)
+    curve = Curve(depth * tip, force * load, spring_constant=5e-3)
+    assert fit(curve, START, TIP, ["base.young"])["base.young"] == pytest.approx(YOUNG, rel=0.01)
+
+
 @pytest.mark.parametrize("wrong", [{"curve": 1}, {"indenter": 3}, {"values": 3}])
 def test_measured_checks_what_it_is_given(wrong):
     way = np.linspace(0, 1e-6, 40)

@@ -83,7 +83,7 @@ def test_blocks_lose_nothing():
 
 
 def test_what_is_not_plain_is_fitted_alone():
-    """A dip, saturation, steps of a converter, a sign turned: left out here, and the batch says of each what a fit says."""
+    """A dip, saturation, few readings, a calibration: left out here, and the batch says of each what a fit says."""
     kind, rng = KINDS["bead on half-space"], np.random.default_rng(8)
     some = [laboratory_curve(kind, rng, tilted=False) for _ in range(20)]
     plain = min((c for c in some if c.segment is None), key=lambda c: np.std(c.force[:50]) / np.ptp(c.force))
@@ -104,8 +104,8 @@ def test_what_is_not_plain_is_fitted_alone():
     settings = Settings(quick=True)
     model = model_of(Sample(kind.start, kind.tip), free, "auto")
     rows = plain_rows(list(odd.values()), model, free, settings)
-    # a sign that is turned changes nothing else
-    assert [row is None for row in rows] == [name != "turned" for name in odd]
+    # a sign that is turned, and steps, change nothing else
+    assert [row is None for row in rows] == [name not in ("turned", "steps") for name in odd]
     batch = fit_batch([plain, *odd.values()], kind.start, kind.tip, kind.free, workers=1)
     reasons = [row["reason"] for row in batch.rows]
     assert "dips" in reasons[1]

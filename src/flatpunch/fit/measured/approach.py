@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import TINY, Array
 from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.bursts import without_bursts
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
@@ -147,14 +147,17 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
         way, why = 1, "a single way, taken for a retract"
     curve = curve if way > 0 else curve.turned(depth=-1.0)
     notes: tuple[str, ...] = () if way > 0 else (_TURNED,)
-    begin, stop, more = _cycle(curve, first)
+    turned = 1.0 if way > 0 else -1.0
+    pressing = turned * relative if curve.spring_constant and not curve.meta.get("piezo") else 1.0
+    # the position of the base needs the sign of the force
+    pressed = curve.turned(force=pressing)
+    begin, stop, more = _cycle(pressed, first)
     if stop - begin < min(FEWEST, curve.depth.size):
         raise CurveError(
             f"{curve.name}: the tip turns every few readings, the largest approach has {stop - begin} of {curve.depth.size}: the "
             "rows are not in the order of the measurement. Sort them, or add a column of times."
         )
-    cycle = _points(curve, begin, stop)
-    end, leaves, reason = _parts(cycle)
+    end, leaves, reason = _parts(_points(pressed, begin, stop))
     found: tuple[str, ...] = (
         f"direction: the depth {'grows' if way > 0 else 'falls'} on the approach ({why})",
         f"approach: points {begin} to {begin + end - 1} of {curve.depth.size}, {reason}",
@@ -163,7 +166,6 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
         found += (f"hold: points {begin + end} to {begin + leaves - 1}",)
     if stop - begin - leaves >= FEWEST:
         found += (f"retract: points {begin + leaves} to {stop - 1}",)
-    turned = 1.0 if way > 0 else -1.0
     return Approach(
         curve,
         begin,
@@ -171,7 +173,7 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
         begin + leaves,
         stop,
         turned,
-        turned * relative if curve.spring_constant and not curve.meta.get("piezo") else 1.0,
+        pressing,
         bool(turn),
         (*sorted_, *found, *more),
         (*sorted_, *notes, *more),
@@ -206,12 +208,16 @@ def _relative_sign(curve: Curve) -> float:
     """-1 where the depth of a tip behind a cantilever and its force have opposite signs, so that only one of them grows.
 
     Noise of the force moves the tip by -noise/k, or by nothing where the tip has a sensor of its own: the nearest of -1, 0 and 1
-    to the slope of the second differences of k depth over those of the force decides.
+    to the slope of the second differences of k depth over those of the force decides. Without such noise the way of the base is
+    the longer one: in contact tip and cantilever both go on.
     """
     if curve.spring_constant is None or curve.meta.get("piezo"):
         return 1.0
-    tip, force = (np.diff(each, 2) for each in (curve.depth * curve.spring_constant, curve.force))
-    return -1.0 if float(tip @ force) > 0.5 * float(force @ force) else 1.0
+    bent = curve.force / curve.spring_constant
+    tip, force = (np.diff(each, 2) for each in (curve.depth, bent))
+    if abs(slope := float(tip @ force) / max(float(force @ force), TINY)) > 0.5:
+        return -1.0 if slope > 0 else 1.0
+    return 1.0 if np.ptp(curve.depth + bent) >= np.ptp(curve.depth - bent) else -1.0
 
 
 def _direction(curve: Curve, relative: float) -> tuple[int, int, str]:

@@ -54,9 +54,17 @@ def _between(at: Array, size: int) -> Iterator[tuple[int, int]]:
 
 
 def _apart(force: Array, begin: int, end: int, noise: float) -> float:
-    """Largest distance of readings from the parabola through those around them [N]; zero if that does not describe these."""
+    """Largest distance of readings from the parabola through those around them [N].
+
+    Zero if that does not describe these within their noise, or if half of the readings are not apart from it by more than noise
+    and the parabola's own error explain.
+    """
     first, last = max(begin - FEWEST, 0), min(end + FEWEST, force.size)
-    along, here = np.arange(first, last) - begin, force[first:last]
-    around = (along < 0) | (along >= end - begin)
-    left = here - np.polyval(np.polyfit(along[around], here[around], 2), along)
-    return float(np.abs(left[~around]).max()) if spread_of(left[around]) < 2 * noise else 0.0
+    along = np.arange(first, last) - begin
+    around, powers = (along < 0) | (along >= end - begin), np.vander(along / FEWEST, 3)
+    known, here = powers[around], force[first:last]
+    left = here - powers @ np.linalg.lstsq(known, here[around], rcond=None)[0]
+    inside = powers[~around]
+    error = noise * np.sqrt(1 + np.einsum("ij,jk,ik->i", inside, np.linalg.inv(known.T @ known), inside))
+    apart = np.median(np.abs(left[~around]) / error) > CLEAR
+    return float(np.abs(left[~around]).max()) if apart and spread_of(left[around]) < 2 * noise else 0.0

@@ -56,6 +56,9 @@ _DERIVED = re.compile(
 )
 """Columns that are derived from others, of the machine, or of results: no depth and no force along a test."""
 
+_ERROR = re.compile(r"\bdefl(ection)? error\b")
+"""The deflection itself in instruments whose loop holds it."""
+
 _BY_UNIT = {"force": re.compile(r"deflection|\bdefl\b")}
 """Names of columns that have a role if their unit is of its kind: a deflection in newtons is a force."""
 
@@ -138,7 +141,7 @@ def _recognised(table: Table, role: str, taken: set[int]) -> list[int]:
         hits = [
             i
             for i, name in enumerate(names)
-            if re.search(pattern, name) and not _DERIVED.search(name.replace("deflection error", "")) and i not in taken
+            if re.search(pattern, name) and not _DERIVED.search(_ERROR.sub("", name)) and i not in taken
         ]
         right = [i for i in hits if _fits(table.units[i], dimension)]
         if right:
