@@ -9,6 +9,7 @@ from flatpunch.compliance.derivatives import compliance_derivatives
 from flatpunch.compliance.graded import graded_flexibility, graded_response
 from flatpunch.compliance.layered import layered_response
 from flatpunch.compliance.surface import surface_flexibility
+from flatpunch.media import paths
 from flatpunch.sensitivity.parameters import medium_parameters
 from flatpunch.sensitivity.spectrum import Spectrum, by_medium
 from support.collocation import flexibility, solve, system
@@ -259,7 +260,7 @@ def test_derivatives_against_differences():
     for each, slope in zip(wanted, found.T, strict=True):
         step, ends = 1e-4 * each.value, []
         for sign in (1, -1):
-            changed, _ = fp.media.paths.with_values(medium, None, {each.name: each.value + sign * step})
+            changed, _ = paths.with_values(medium, None, {each.name: each.value + sign * step})
             ends.append(graded_response(changed, k) * 2 / (changed.surface_modulus * k))
         np.testing.assert_allclose(slope, (ends[0] - ends[1]) / (2 * step), rtol=1e-6, atol=1e-9 * slope.max())
 
