@@ -134,3 +134,61 @@ def test_energy_sensitivity_and_failure():
     theirs = fp.critical_load(fp.Medium([fp.Layer(10e9, 0.3, 1e-6)], STEEL), TIP, strengths, friction=0.2)
     assert (ours.kind, ours.layer) == (theirs.kind, theirs.layer)
     assert ours.force == pytest.approx(theirs.force, rel=1e-6)
+
+
+GRADED = {
+    "columns": fp.GradedLayer(
+        fp.LinearModulus(250e9, 210e9, 1e-6),
+        0.25,
+        1e-6,
+        True,
+        fp.ExponentialModulus(500e9, 210e9, 1e-6),
+        0.2,
+        fp.LinearModulus(60e9, 100e9, 1e-6),
+    ),
+    # the slower rate is 0.1 at the surface and 0.85 at the base, so that the surface's own half-space reaches ten times as deep
+    "slow at the surface": fp.GradedLayer(
+        fp.LinearModulus(5e9, 50e9, 1e-6),
+        0.25,
+        1e-6,
+        True,
+        fp.ExponentialModulus(100e9, 50e9, 1e-6),
+        0.2,
+        fp.LinearModulus(1e9, 20e9, 1e-6),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", GRADED)
+@pytest.mark.parametrize("radius", [0.05e-6, 1e-6])
+def test_graded_anisotropic_surface_under_friction(name, radius):
+    """Pressure and traction at the surface, and no jump at the base, under contacts much smaller than the layer too."""
+    body, x = fp.Medium([GRADED[name]], STEEL), np.linspace(-2, 2, 9) * radius
+    pressure = fp.pressure(body, TIP, x, 0.0, radius=radius)
+    surface = fp.fields(body, TIP, x, 0.0, 0.0, radius=radius, friction=0.3)
+    scale = float(pressure.max())
+    # waves shorter than 1/500 of the radius fade out under a graded surface
+    np.testing.assert_allclose(surface.stress.sel(component="zz"), -pressure, atol=5e-5 * scale)
+    np.testing.assert_allclose(surface.stress.sel(component="xz"), -0.3 * pressure, atol=2e-5 * scale)
+    above, below = (
+        fp.fields(body, TIP, x, 0.3 * radius, 1e-6, radius=radius, friction=0.3, side=side)
+        for side in ("above", "below")
+    )
+    jump = np.abs(above - below)
+    assert float(jump.stress.sel(component=["zz", "yz", "xz"]).max()) < 3e-9 * scale
+    depth = float(fp.indent(body, TIP, radius=radius).depth[0])
+    assert float(jump.displacement.max()) < 3e-9 * depth
+
+
+def test_first_failure_of_a_graded_layer_with_isotropic_constants():
+    young, strengths = (
+        fp.LinearModulus(10e9, 30e9, 1e-6),
+        [fp.Strength(yield_stress=3e9), fp.Strength(yield_stress=2e9)],
+    )
+    shear = fp.LinearModulus(10e9 / 2.6, 30e9 / 2.6, 1e-6)
+    ours, theirs = (
+        fp.critical_load(fp.Medium([film], STEEL), TIP, strengths, friction=0.2)
+        for film in (fp.GradedLayer(young, 0.3, 1e-6, True, young, 0.3, shear), fp.GradedLayer(young, 0.3, 1e-6))
+    )
+    assert (ours.kind, ours.layer) == (theirs.kind, theirs.layer)
+    assert ours.force == pytest.approx(theirs.force, rel=1e-6)

@@ -1,7 +1,10 @@
-"""Load waves in a graded transversely isotropic layer on a base by Chebyshev collocation: a boundary-value problem, no package code.
+"""Load waves in a graded transversely isotropic layer on a base by Chebyshev collocation, without code of the package.
 
-State (k u_l, k u_z, s_lz, s_zz, k u_t, s_tz), dy/dz = k A(z) y, at the nodes of panels that are joined by continuity.
+It is the boundary-value problem of the state (k u_l, k u_z, s_lz, s_zz, k u_t, s_tz), dy/dz = k A(z) y, at the nodes of panels
+that are joined by continuity. Moduli must be of order one, as the equations mix displacements and stresses.
 """
+
+from itertools import pairwise
 
 import numpy as np
 import scipy
@@ -35,8 +38,8 @@ def flexibility(matrix):
     return upper @ np.linalg.inv(lower)
 
 
-def solve(constants_at, thickness, k, load, base, springs=(0.0, 0.0), slides=False, panels=12):
-    """Depths and states, shapes (n,) and (n, 6), under a traction `load` (s_lz, s_zz, s_tz) on the surface.
+def solve(constants_at, thickness, k, loads, base, springs=(0.0, 0.0), slides=False, panels=12):
+    """Depths and states, shapes (n,) and (n, 6, loads), under tractions (s_lz, s_zz, s_tz) on the surface, shape (3, loads).
 
     `base` is the flexibility (3, 3) of what lies below, `springs` are jumps along and across the lower face per traction.
     """
@@ -48,9 +51,9 @@ def solve(constants_at, thickness, k, load, base, springs=(0.0, 0.0), slides=Fal
     slope = np.outer(c, 1 / c) / gaps
     slope -= np.diag(slope.sum(axis=1))
     size = 6 * NODES
-    matrix, right = np.zeros((panels * size,) * 2), np.zeros(panels * size)
+    matrix, right = np.zeros((panels * size,) * 2), np.zeros((panels * size, loads.shape[1]))
     depths = []
-    for i, (low, high) in enumerate(zip(edges[:-1], edges[1:], strict=True)):
+    for i, (low, high) in enumerate(pairwise(edges)):
         z = low + (high - low) * (1 + x) / 2
         depths.append(z)
         at = slice(i * size, (i + 1) * size)
@@ -66,10 +69,10 @@ def solve(constants_at, thickness, k, load, base, springs=(0.0, 0.0), slides=Fal
     top, bottom = slice(0, 6), slice(panels * size - 6, panels * size)
     order = [0, 1, 4, 2, 3, 5]
     matrix[0:3, top] = np.eye(6)[order[3:]]
-    right[0:3] = load
+    right[0:3] = loads
     below = base - k * np.diag([springs[0], springs[1], springs[0]])
     matrix[3:6, bottom] = np.eye(6)[order[:3]] - below @ np.eye(6)[order[3:]]
     if slides:
         matrix[3:6, bottom] = np.eye(6)[[2, 1, 5]]
         matrix[4, bottom] = np.eye(6)[1] - (base[1, 1] - k * springs[1]) * np.eye(6)[3]
-    return np.concatenate(depths), np.linalg.solve(matrix, right).reshape(-1, 6)
+    return np.concatenate(depths), np.linalg.solve(matrix, right).reshape(-1, 6, loads.shape[1])

@@ -222,7 +222,7 @@ class Constant:
 def times(law: Law, factor: float) -> Law:
     """The law times a number, of its own kind where that has a number to multiply."""
     named: object = law
-    if isinstance(named, _Transition):
+    if isinstance(named, (LinearModulus, ExponentialModulus, PowerModulus)):
         return replace(named, top=factor * named.top, bottom=factor * named.bottom)
     if isinstance(named, DepthTable):
         return DepthTable(named.depths, tuple(factor * entry for entry in named.entries))
