@@ -41,8 +41,9 @@ _INSIDE = {
     ],
     "contact": [
         {"curve", "dataset", "pressure_field"},
+        {"round"},
         {"finite_strain"},
-        {"limits", "round"},
+        {"limits"},
         {"perturbation", "axisymmetric", "ellipse"},
         {"boundary_elements", "adhesion", "viscoelastic", "receding"},
         {"refined"},

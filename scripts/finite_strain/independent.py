@@ -26,10 +26,23 @@ SMALL = 1e-4
 """Strains of the linear solution over those of the other."""
 CELLS = (12, 24)
 """Cells under the contact if they were as wide as the widest there."""
-POINTS = ((0.2, 0.4999, 0.32), (0.5, 0.4999, 0.5), (0.1, 0.47, 0.5), (1.0, 0.47, 0.5), (2.0, 0.4999, 0.25))
+POINTS = (
+    (0.2, 0.4999, 0.32),
+    (0.5, 0.4999, 0.5),
+    (0.1, 0.47, 0.5),
+    (1.0, 0.47, 0.5),
+    (2.0, 0.4999, 0.25),
+    (1.0, 0.42, 0.5),
+    (2.5, 0.4999, 0.3),
+)
 """h/R, Poisson ratio, d/h of spheres."""
 CONES = ((20.0, 0.4999, 0.1), (35.0, 0.4999, 0.25), (45.0, 0.4999, 0.1), (30.0, 0.47, 0.4))
 """Angle [degrees], Poisson ratio, d/h of cones."""
+ROUNDED = ((30.0, 0.4999, 0.3, 0.2), (40.0, 0.47, 0.35, 0.25))
+"""Angle [degrees], Poisson ratio, R/h, d/h of rounded cones."""
+
+Shape = fp.Sphere | fp.Cone | fp.Rounded
+"""Tips of the package."""
 
 
 @dataclass(frozen=True)
@@ -65,10 +78,30 @@ class Flank:
         return (place + np.array([depth, 0.0])) @ normal, np.tile(normal, (len(place), 1)), np.zeros(len(place))
 
 
+@dataclass(frozen=True)
+class Capped:
+    """A cone that ends in a sphere, pressed in."""
+
+    slope: float
+    radius: float
+
+    def eased(self, share: float) -> tuple[Capped, float]:
+        """As of `Ball`."""
+        return self, share**0.5
+
+    def distance(self, place: np.ndarray, depth: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """As of `Ball`, to the flank where its slope is reached."""
+        gap, normal, bend = Ball(self.radius).distance(place, depth)
+        apex = self.radius * (np.hypot(1, self.slope) - 1)
+        away, straight, none = Flank(self.slope).distance(place, depth + apex)
+        flank = normal[:, 1] > -self.slope * normal[:, 0]
+        return np.where(flank, away, gap), np.where(flank[:, None], straight, normal), np.where(flank, none, bend)
+
+
 class Layer:
     """A bonded layer of shear modulus and thickness 1 under a rigid tip."""
 
-    def __init__(self, tip: Ball | Flank, poisson: float, contact: float, cells: int) -> None:
+    def __init__(self, tip: Ball | Flank | Capped, poisson: float, contact: float, cells: int) -> None:
         growth, edge, away = 1 + 1.6 / cells**0.8, contact / (5 * cells), 1 / cells**0.8
         near, end = 0.95 * contact, 1.06 * contact
         r = np.concatenate(
@@ -134,19 +167,28 @@ class Layer:
         return float(-nodal @ normal[:, 0])
 
 
-def ratio(tip: fp.Sphere | fp.Cone, poisson: float, depth: float, cells: int) -> tuple[float, float]:
+def scaled(tip: Shape, scale: float) -> tuple[Shape, Ball | Flank | Capped]:
+    """A tip whose heights are a share of those of another, as far as slopes are small."""
+    if isinstance(tip, fp.Sphere):
+        return fp.Sphere(tip.radius / scale), Ball(tip.radius / scale)
+    flank = tip if isinstance(tip, fp.Cone) else tip.tip
+    assert isinstance(flank, fp.Cone)  # no pyramids here
+    slope = scale * float(np.tan(flank.inclination))
+    cone = fp.Cone(inclination=float(np.arctan(slope)))
+    if isinstance(tip, fp.Cone):
+        return cone, Flank(slope)
+    # the cap ends at the same radius
+    radius = tip.radius * float(np.sin(flank.inclination) / np.sin(cone.inclination))
+    return fp.Rounded(cone, radius), Capped(slope, radius)
+
+
+def ratio(tip: Shape, poisson: float, depth: float, cells: int) -> tuple[float, float]:
     """Force at large strain over that of `indent`, as it is and over the error of the mesh in linear theory."""
     medium = fp.Medium([fp.Layer(2 * (1 + poisson), poisson, 1.0)], base=fp.RigidBase())
     parts: list[float] = []
     contact = float(fp.indent(medium, tip, depth=depth).radius[0])
     for scale in (1.0, SMALL):
-        if isinstance(tip, fp.Sphere):
-            radius = tip.radius / scale
-            shape: fp.Sphere | fp.Cone = fp.Sphere(radius)
-            rigid: Ball | Flank = Ball(radius)
-        else:
-            slope = scale * float(np.tan(tip.inclination))
-            shape, rigid = fp.Cone(inclination=float(np.arctan(slope))), Flank(slope)
+        shape, rigid = scaled(tip, scale)
         known = float(fp.indent(medium, shape, depth=scale * depth).force[0])
         parts.append(Layer(rigid, poisson, contact, cells).load(scale * depth) / known)
     return parts[0], parts[0] / parts[1]
@@ -154,8 +196,9 @@ def ratio(tip: fp.Sphere | fp.Cone, poisson: float, depth: float, cells: int) ->
 
 def main() -> None:
     """Print both ratios of forces at each point on each mesh, beside the table."""
-    places: list[tuple[fp.Sphere | fp.Cone, float, float]] = [(fp.Sphere(1 / over), p, d) for over, p, d in POINTS]
+    places: list[tuple[Shape, float, float]] = [(fp.Sphere(1 / over), p, d) for over, p, d in POINTS]
     places += [(fp.Cone(inclination=float(np.radians(angle))), p, d) for angle, p, d in CONES]
+    places += [(fp.SpheroCone(float(np.radians(angle)), over), p, d) for angle, p, over, d in ROUNDED]
     for tip, poisson, depth in places:
         found = [ratio(tip, poisson, depth, cells) for cells in CELLS]
         medium = fp.Medium([fp.Layer(1.0, poisson, 1.0)], base=fp.RigidBase())

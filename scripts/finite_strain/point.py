@@ -18,6 +18,7 @@ from finite_strain.solver import Body
 from finite_strain.tips import RoundedCone, Tip
 from flatpunch.compliance import compliance
 from flatpunch.contact.curve import Control
+from flatpunch.indenters import Indenter
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,7 @@ class Linear:
         else:
             self.medium = fp.Medium([fp.Layer(young, law.poisson, thickness)], base=fp.RigidBase())
 
-    def at(self, shape: fp.Indenter, depth: float) -> tuple[float, float]:
+    def at(self, shape: Indenter, depth: float) -> tuple[float, float]:
         """Force and contact radius, without notes, which would read the table that is being made."""
         known = fp.Exact().solve(compliance(self.medium), shape, Control("depth", np.array([depth])), np.zeros(1))
         return float(known.force[0]), float(known.radius[0])

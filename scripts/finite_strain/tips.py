@@ -8,6 +8,7 @@ from typing import Protocol
 import numpy as np
 
 import flatpunch as fp
+from flatpunch.indenters import Indenter
 
 Level = tuple[np.ndarray, np.ndarray, np.ndarray]
 """g (...), its gradient (2, ...) and its second derivatives (2, 2, ...)."""
@@ -17,7 +18,7 @@ class Tip(Protocol):
     """A tip of revolution."""
 
     @property
-    def shape(self) -> fp.Indenter:
+    def shape(self) -> Indenter:
         """The tip in linear theory."""
 
     def level(self, r: np.ndarray, z: np.ndarray, depth: float) -> Level:

@@ -9,13 +9,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flatpunch as fp
-from flatpunch.contact.finite_strain import ANGLES, DEEP, FILE, POISSON, SPHERES, THIN, Strained, tables
+from flatpunch.contact.finite_strain.caps import Capped, place_of
+from flatpunch.contact.finite_strain.places import Strained
+from flatpunch.contact.finite_strain.tables import (
+    ANGLES,
+    CONES,
+    DEEP,
+    FILE,
+    POISSON,
+    SPHERES,
+    THIN,
+    of_poisson,
+    tables,
+    thick_end,
+)
 from flatpunch.indenters.shapes.facets import face_gradients
 
 H = 5e-6
 GEL = fp.Medium([fp.Layer(5e3, 0.4999, H)], base=fp.RigidBase())
 LAW = "neo-hookean"
 POINTS = Path(__file__).parents[2] / "scripts/finite_strain"
+
+
+def end_of_spheres(radius, thickness):
+    """Largest depth of the tables of spheres."""
+    return DEEP * thickness if thickness < radius else radius * thick_end(radius / thickness)
 
 
 def large(ratio, share, poisson=0.4999):
@@ -53,7 +71,7 @@ def test_error_holds_at_points_that_did_not_make_the_table():
         refined = len(record["record"]["refined nodes"][family])
         assert max(sorted(at_nodes)[: len(at_nodes) - refined]) < 1e-2
         assert len(at_nodes) == table.series.size
-        assert len(apart) == sum(record["record"]["checks"][family])
+        assert len(apart) == sum(record["record"]["checks"][family]) + refined
         # the largest mesh error and the largest safety factor are met, all others are below
         assert max(apart) <= 1 + 1e-3
         assert max(abs(row["linear"] - 1) for row in rows) == pytest.approx(record["tables"][family]["linear"])
@@ -61,14 +79,14 @@ def test_error_holds_at_points_that_did_not_make_the_table():
 
 @settings(max_examples=40, deadline=None)
 @given(
-    poisson=st.floats(POISSON, 0.5),
+    poisson=st.floats(POISSON["thin"], 0.5),
     over=st.floats(THIN, 30.0),
     share=st.floats(1e-6, 1.0),
     young=st.floats(1e2, 1e9),
     radius=st.floats(1e-8, 1e-1),
 )
 def test_factors_do_not_depend_on_units_and_end_in_linear_theory(poisson, over, share, young, radius):
-    tip, deepest = fp.Sphere(radius), DEEP * radius * min(over, 1) * (1 - 1e-9)
+    tip, deepest = fp.Sphere(radius), end_of_spheres(radius, over * radius) * (1 - 1e-9)
     layer = fp.Medium([fp.Layer(young, poisson, over * radius)], base=fp.RigidBase())
     unit = fp.Medium([fp.Layer(1.0, poisson, over)], base=fp.RigidBase())
     found = fp.indent(layer, tip, depth=share * deepest, finite_strain=LAW)
@@ -77,7 +95,7 @@ def test_factors_do_not_depend_on_units_and_end_in_linear_theory(poisson, over, 
     assert found.force.values == pytest.approx(same.force.values * young * radius**2, rel=1e-9)
     tiny = fp.indent(layer, tip, depth=1e-8 * deepest, finite_strain=LAW)
     assert tiny.strain_factor.values == pytest.approx(1.0, abs=1e-3)
-    assert 0.93 < float(found.strain_factor[0]) < 1.3
+    assert 0.89 < float(found.strain_factor[0]) < 1.3
 
 
 def test_forces_give_their_depths_back_and_stiffness_is_the_slope():
@@ -101,9 +119,8 @@ def test_families_meet_at_the_radius_and_at_the_half_space():
         layer = fp.Medium([fp.Layer(1.0, poisson, over)], base=fp.RigidBase())
         return fp.indent(layer, tip, depth=depth, finite_strain=LAW).strain_factor.values
 
-    for poisson in (0.45, 0.47, 0.5):
-        z = np.sqrt((0.5 - poisson) / 0.05)
-        both = sum(Strained(family, z, 1.0, 0.5).ratio(depth)[2] for family in SPHERES)
+    for poisson in (0.4, 0.45, 0.47, 0.5):
+        both = sum(Strained(family, of_poisson(family, poisson), 1.0, 0.5).ratio(depth)[2] for family in SPHERES)
         assert (np.abs(at(1 - 1e-9, poisson) - at(1 + 1e-9, poisson)) < both).all()
         half = fp.indent(fp.HalfSpace(1.0, poisson), tip, depth=depth, finite_strain=LAW).strain_factor.values
         assert at(1000.0, poisson) == pytest.approx(half, abs=1e-4)
@@ -139,7 +156,7 @@ def test_cones_on_half_spaces_of_other_finite_elements(angle, known, error):
 
 @settings(max_examples=40, deadline=None)
 @given(
-    poisson=st.floats(POISSON, 0.5),
+    poisson=st.floats(POISSON[CONES], 0.5),
     angle=st.floats(*ANGLES),
     share=st.floats(1e-6, 1.0),
     young=st.floats(1e2, 1e9),
@@ -209,6 +226,51 @@ def test_error_of_pyramids_vanishes_with_the_number_of_faces():
     assert error[-1] == pytest.approx(float(round_tip.force_error[0]), abs=2e-4)
 
 
+@pytest.mark.parametrize("thickness", [np.inf, 12e-6])
+@pytest.mark.parametrize("poisson", [0.46, 0.4999])
+@pytest.mark.parametrize("angle", [15.0, 35.0, 54.0])
+def test_rounded_cones_begin_as_spheres_and_end_as_sharp_cones(angle, poisson, thickness):
+    """The same factor up to the end of the cap, continuous there; stiffness is the slope; forces give their depths back."""
+    half = fp.HalfSpace(5e3, poisson)
+    medium = half if thickness == np.inf else fp.Medium([fp.Layer(5e3, poisson, thickness)], base=fp.RigidBase())
+    tip, ball = fp.SpheroCone(np.radians(angle), 1e-6), fp.Sphere(1e-6)
+    place = place_of(medium, tip)
+    assert isinstance(place, Capped)
+    cap = np.linspace(0.1, 1, 5) * min(place.end_of_cap, place.deepest) * (1 - 1e-9)
+    found, sphere = (fp.indent(medium, each, depth=cap, finite_strain=LAW) for each in (tip, ball))
+    assert found.force.values == pytest.approx(sphere.force.values, rel=1e-6)
+    two = place.ratio(place.end_of_cap * np.array([1 - 1e-8, 1 + 1e-8]))
+    assert two[0][0] == pytest.approx(two[0][1], abs=1e-6)
+    assert two[2][0] == pytest.approx(two[2][1], abs=1e-6)
+    depth = np.linspace(1.1 * place.end_of_cap, min(place.deepest, 40 * place.end_of_cap) * (1 - 1e-9), 6)
+    curve = fp.indent(medium, tip, depth=depth, finite_strain=LAW)
+    two = [fp.indent(medium, tip, depth=(1 + s) * depth[:-1], finite_strain=LAW).force.values for s in (1e-4, -1e-4)]
+    assert curve.stiffness.values[:-1] == pytest.approx((two[0] - two[1]) / (2e-4 * depth[:-1]), rel=1e-6)
+    back = fp.indent(medium, tip, force=curve.force.values, finite_strain=LAW)
+    assert back.depth.values == pytest.approx(depth, rel=1e-9)
+    if thickness == np.inf:
+        sharp = fp.indent(medium, cone(angle), depth=1e-3, finite_strain=LAW)
+        deep = fp.indent(medium, tip, depth=1e-3, finite_strain=LAW)
+        assert float(deep.strain_factor[0]) == pytest.approx(float(sharp.strain_factor[0]), abs=1e-6)
+        assert float(deep.force_error[0]) == pytest.approx(float(sharp.force_error[0]), abs=1e-6)
+
+
+def test_error_of_rounded_cones_holds_at_all_points_of_finite_elements():
+    """Random points on half-spaces and layers; the safety factors are the largest that they need."""
+    rows = [json.loads(line) for line in (POINTS / "points_rounded.jsonl").read_text().splitlines()]
+    share = {False: [], True: []}
+    for row in rows:
+        angle, poisson, depth, thickness = row["place"]
+        layer = fp.Medium([fp.Layer(1.0, poisson, min(thickness, 1e9))], base=fp.RigidBase())
+        medium = fp.HalfSpace(1.0, poisson) if thickness == np.inf else layer
+        ratio, _, error = place_of(medium, fp.SpheroCone(np.radians(angle), 1.0)).ratio(
+            np.array([depth * row["depth"]])
+        )
+        share[thickness < np.inf].append(abs(float(ratio[0]) - row["ratio"]) / float(error[0]))
+    assert len(rows) == 32
+    assert max(*share[False], *share[True]) <= 1 + 1e-6
+
+
 @pytest.mark.parametrize("angle", [12.0, 35.0, 58.0])
 def test_forces_of_cones_give_their_depths_back_and_stiffness_is_the_slope(angle):
     depth, tip = np.linspace(1e-7, 2.45e-6, 9), cone(angle)
@@ -232,18 +294,25 @@ def test_forces_of_cones_give_their_depths_back_and_stiffness_is_the_slope(angle
         ),
         (GEL, fp.Knoop(), {"depth": 1e-7}, "here it is 3.75 degrees"),
         (GEL, fp.Berkovich(tip_radius=1e-8), {"depth": 1e-7}, "sharp pyramids; the tip is Rounded"),
-        (GEL, fp.SpheroCone(1e-7, 0.3), {"depth": 1e-7}, "sharp pyramids; the tip is Rounded"),
-        (GEL, fp.Paraboloid(1e-5), {"depth": 1e-7}, "Sphere and sharp Cone.* the tip is Paraboloid"),
+        (GEL, fp.SpheroCone(1.1, 1e-6), {"depth": 1e-7}, "inclined by 10 to 60 degrees; here it is 63.02536 degrees"),
+        (GEL, fp.Rounded(fp.Cone(0.5), 1e-6, true_sphere=False), {"depth": 1e-7}, "SpheroCone.*the tip is Rounded"),
+        (GEL, fp.SpheroCone(0.5, 1e-6), {"depth": [1e-7, 2.5e-6]}, r"depth\[1\] = 2.5 µm .* end at 2.361 µm"),
+        (GEL, fp.Paraboloid(1e-5), {"depth": 1e-7}, "the tip is Paraboloid"),
         (GEL, fp.Cone(np.radians(9)), {"depth": 1e-7}, "inclined by 10 to 60 degrees; here it is 9 degrees"),
         (GEL, fp.Cone(np.radians(70)), {"depth": 1e-7}, "inclined by 10 to 60 degrees; here it is 70 degrees"),
-        (fp.HalfSpace(5e3, 0.3), fp.Cone(0.5), {"depth": 1e-7}, "Poisson ratios from 0.45 to 0.5; here it is 0.3"),
+        (fp.HalfSpace(5e3, 0.3), fp.Cone(0.5), {"depth": 1e-7}, "Poisson ratios from 0.45 to 0.5 under this tip; here"),
         (
             GEL,
             fp.Cone(0.5),
             {"depth": [1e-7, 3e-6]},
             r"depth\[1\] = 3 µm .* ends at 2.5 µm, half of the thickness\. Ask",
         ),
-        (fp.HalfSpace(5e3, 0.3), fp.Sphere(1e-5), {"depth": 1e-7}, "Poisson ratios from 0.45 to 0.5; here it is 0.3"),
+        (
+            fp.HalfSpace(5e3, 0.3),
+            fp.Sphere(1e-5),
+            {"depth": 1e-7},
+            "Poisson ratios from 0.4 to 0.5 under this tip; here it is 0.3",
+        ),
         (GEL, fp.Sphere(1e-3), {"depth": 1e-7}, "0.1 or more radii of the sphere; here it is 0.005"),
         (fp.Medium([GEL.layers[0]], base=fp.HalfSpace(1e9, 0.3)), fp.Sphere(1e-5), {"depth": 1e-7}, "RigidBase"),
         (
@@ -277,8 +346,8 @@ def test_notes_give_the_number_instead_of_a_warning():
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize("ratio", [0.3, 1.0, 4.0])
 def test_fits_find_the_modulus_of_deep_curves(quick, ratio):
-    """Half of the thickness or radius deep, noise of 0.2 % of the largest force."""
-    tip, deepest = fp.Sphere(H / ratio), 0.499 * H * min(1, 1 / ratio)
+    """To the end of the table, noise of 0.2 % of the largest force."""
+    tip, deepest = fp.Sphere(H / ratio), 0.999 * end_of_spheres(H / ratio, H)
     position = np.linspace(-0.4, 1, 500) * deepest
     force = np.zeros(500)
     force[position > 0] = fp.indent(GEL, tip, depth=position[position > 0], finite_strain=LAW).force.values
@@ -294,10 +363,12 @@ def test_fits_find_the_modulus_of_deep_curves(quick, ratio):
 
 @pytest.mark.parametrize("quick", [False, True])
 @pytest.mark.parametrize("thickness", [np.inf, H])
-@pytest.mark.parametrize("tip", [fp.Cone(np.radians(25)), fp.Cone(np.radians(52)), fp.Pyramid(4, np.radians(35))])
-def test_fits_find_the_modulus_under_sharp_tips(quick, tip, thickness):
+@pytest.mark.parametrize(
+    "tip", [fp.Cone(np.radians(25)), fp.Cone(np.radians(52)), fp.Pyramid(4, np.radians(35)), fp.SpheroCone(0.6, H / 4)]
+)
+def test_fits_find_the_modulus_under_cones_and_pyramids(quick, tip, thickness):
     """The factor belongs to the true angle, though tables of fits take cones of unit slope where forces scale with it."""
-    deepest = 0.499 * H
+    deepest = 0.42 * H
 
     def gel(young):
         layer = fp.Layer(young, 0.4999, H)
@@ -313,8 +384,9 @@ def test_fits_find_the_modulus_under_sharp_tips(quick, tip, thickness):
     )
     found = fp.fit(curve, gel(2e3), tip, [name], finite_strain=LAW, quick=quick)
     assert found[name] == pytest.approx(5e3, rel=0.01)
-    with pytest.raises(ValueError, match="whose factor depends on it"):
-        fp.fit(curve, gel(2e3), tip, [name, "indenter.inclination"], finite_strain=LAW, quick=quick)
+    if not isinstance(tip, fp.Rounded):
+        with pytest.raises(ValueError, match="whose factor depends on it"):
+            fp.fit(curve, gel(2e3), tip, [name, "indenter.inclination"], finite_strain=LAW, quick=quick)
 
 
 CASE = """

@@ -24,8 +24,8 @@ from flatpunch.contact.default import (
     series_of,
     solver_of,
 )
-from flatpunch.contact.finite_strain import checked as finite_strain_place
-from flatpunch.contact.finite_strain import solve as finite_strain_curve
+from flatpunch.contact.finite_strain.correction import checked as finite_strain_place
+from flatpunch.contact.finite_strain.correction import solve as finite_strain_curve
 from flatpunch.contact.histories import history, on_free_layer, sticking
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.methods import BoundaryElements, Exact, Refined, exactly_solved
@@ -131,9 +131,9 @@ def indent(
         down and for the base, None for what is elastic. Springs of interfaces are elastic in a list, and relax with the layers
         otherwise.
     finite_strain : {"neo-hookean"}, optional
-        Corrects forces and stiffnesses of a Sphere or a sharp Cone (10 to 60 degrees) for large strains, on a half-space or one
-        bonded layer on a rigid base, nu >= 0.45, at depths up to half of the thickness, and of the radius of a sphere. Under a
-        sharp pyramid the correction is estimated by the cone with the same areas, with a larger error. The result
+        Corrects forces and stiffnesses for large strains, on a half-space or one bonded layer on a rigid base, at depths up to
+        half of the thickness: under a Sphere (nu >= 0.4, depths up to the radius on half-spaces), a Cone of 10 to 60 degrees and
+        a SpheroCone (nu >= 0.45). Under sharp pyramids it is estimated by the cone with the same areas. The result
         has `strain_factor`, force over that of linear theory, and its error in `force_error`; radius, area and contour are those
         of linear theory.
 

@@ -15,7 +15,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Curve, first_failure
-from flatpunch.contact.finite_strain import overestimate
+from flatpunch.contact.finite_strain.correction import overestimate
 from flatpunch.indenters import AreaFunction, Cylinder
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter, is_rising, reach_along
@@ -138,7 +138,7 @@ def _large_strains(curve: Curve, medium: Body | FreeLayer, indenter: Indenter, t
         curve.depth,
         "a layer is compressed by more than a third of its thickness. Strains are no longer small there, and what they change is "
         "not tabulated for this case: under spheres at half of the thickness, bonded neo-Hookean layers take from 6 % less force "
-        "than linear theory (thick and incompressible) to 21 % more (thin, nu = 0.45).",
+        "than linear theory (thick and incompressible) to 23 % more (thin, nu = 0.4).",
     )
     if is_rising(indenter) and not isinstance(indenter, Cylinder):
         # boundary elements, which solve all others, have a slope from cells

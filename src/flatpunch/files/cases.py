@@ -18,7 +18,7 @@ from flatpunch._support.reading import Unreadable, as_path, content, shown_path
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.curve import control_from
 from flatpunch.contact.default import adhesive_method
-from flatpunch.contact.finite_strain import checked as place_in_table
+from flatpunch.contact.finite_strain.correction import checked as place_in_table
 from flatpunch.contact.histories import check_free_layer
 from flatpunch.contact.receding import depths_held_down
 from flatpunch.contact.result import check_outlines

@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, Indices
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact.finite_strain import strained
+from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
@@ -219,7 +219,7 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
 def _in_strain_table(objective: Unknowns, model: ForwardModel, x: Array) -> None:
     """Refuse curves that end deeper than the table of large strains."""
     parameters, background = objective.split(x)
-    place = strained(*model.case(model.externals(parameters)))
+    place = place_of(*model.case(model.externals(parameters)))
     deepest = float(objective.depth.max()) - background["contact"]
     if deepest > place.deepest:
         raise CurveError(

@@ -20,7 +20,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import percent
-from flatpunch.contact.finite_strain import strained
+from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.fit.elastic.table import Table, at_pieces
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
@@ -101,7 +101,7 @@ class ForwardModel(FreeParameters):
         large = self.finite_strain is not None
         found = scaling(self.medium, self.indenter, free, large=large)
         if large:
-            strained(self.medium, self.indenter)
+            place_of(self.medium, self.indenter)
             if "indenter.inclination" in free:
                 raise ValueError(
                     "indenter.inclination cannot be fitted with finite_strain, whose factor depends on it."
@@ -297,7 +297,7 @@ def _solver(found: Scaling, method: MethodName | Method, large: bool) -> tuple[A
                 break
         if large:
             # beyond the table its last value
-            phi *= strained(medium, indenter).ratio(delta)[0]
+            phi *= place_of(medium, indenter).ratio(delta)[0]
         return phi
 
     return solve, limit

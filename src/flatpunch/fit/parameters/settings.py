@@ -12,7 +12,7 @@ from flatpunch._support.deprecation import deprecated
 from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
-from flatpunch.contact.finite_strain import NEO_HOOKEAN
+from flatpunch.contact.finite_strain.places import NEO_HOOKEAN
 from flatpunch.fit.measured.approach import Direction
 from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE

@@ -1,0 +1,1 @@
+"""Forces at large strain over those of linear theory, from tables of finite elements."""

@@ -1,0 +1,110 @@
+"""`finite_strain=` of `indent`: curves of linear theory, corrected, and what linear theory is off by."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.kinds import one_of
+from flatpunch._support.prefixes import text
+from flatpunch.contact.curve import Control, Curve
+from flatpunch.contact.finite_strain.caps import place_of
+from flatpunch.contact.finite_strain.places import NEO_HOOKEAN, SETTLED, Place
+from flatpunch.media import FreeLayer
+
+ITERATIONS = 30
+"""Most steps of Newton's method."""
+
+
+def checked(name: str | None, medium: object, indenter: object, control: str) -> Place | None:
+    """Place of a case in the table, or None where no law is asked for; refuses what cannot be corrected."""
+    if name is None:
+        return None
+    one_of("finite_strain", name, (NEO_HOOKEAN,), "None is linear theory.")
+    if isinstance(medium, FreeLayer):
+        raise BadValue("finite_strain", repr(name), "does not go with a FreeLayer, which lifts off.")
+    if control == "radius":
+        raise BadValue(
+            "finite_strain",
+            repr(name),
+            "goes with depth or force: the contact radius at large strain is not tabulated.",
+        )
+    return place_of(medium, indenter)
+
+
+def solve(place: Place, linear: Callable[[Control], Curve], control: Control) -> Curve:
+    """Curve of linear theory, its forces and stiffnesses corrected.
+
+    Parameters
+    ----------
+    place : Place
+        Where in the table.
+    linear : callable
+        Linear theory.
+    control : Control
+        Depths or forces.
+
+    Raises
+    ------
+    BadValue
+        For steps beyond the table.
+    """
+    if control.name == "depth":
+        _in_table(place, control, control.values)
+    curve = linear(control)
+    ratio, rate, error = place.ratio(curve.depth)
+    for _ in range(ITERATIONS if control.name == "force" else 0):
+        # Newton's method on the logarithms; without contact nothing moves
+        found, slope = curve.force * ratio, curve.stiffness * ratio + curve.force * rate
+        live = found > 0
+        step = np.log(np.divide(control.values, found, out=np.ones_like(found), where=live))
+        step *= np.divide(found, curve.depth * slope, out=np.zeros_like(found), where=live)
+        curve = linear(Control("depth", curve.depth * np.exp(step)))
+        ratio, rate, error = place.ratio(curve.depth)
+        if np.abs(step).max(initial=0.0) <= SETTLED:
+            break
+    _in_table(place, control, curve.depth)
+    before = curve.extra["force_error"][1].astype(float) if "force_error" in curve.extra else 0.0
+    extra = {
+        **curve.extra,
+        "force_error": (("step",), before + error / ratio, "1", "estimated relative error of the force"),
+        "strain_factor": (("step",), ratio, "1", "force at large strain over that of linear theory"),
+    }
+    return replace(
+        curve,
+        force=control.values if control.name == "force" else curve.force * ratio,
+        stiffness=curve.stiffness * ratio + curve.force * rate,
+        extra=extra,
+        notes=curve.notes + place.notes,
+    )
+
+
+def _in_table(place: Place, control: Control, depth: Array) -> None:
+    """Refuse steps whose depth is beyond the table."""
+    far = np.flatnonzero(depth > place.deepest * (1 + SETTLED**2))
+    if far.size:
+        i = int(far[0])
+        unit = {"depth": "m", "force": "N"}[control.name]
+        raise BadValue(
+            f"{control.name}[{i}]",
+            text(float(control.values[i]), unit),
+            f"is a depth of {text(float(depth[i]), 'm')}; {place.end} Ask for less, or leave finite_strain out.",
+        )
+
+
+def overestimate(medium: object, indenter: object, depth: Array) -> str | None:
+    """What linear theory is off by at the largest depth, as the end of a note; None outside the table."""
+    try:
+        place = place_of(medium, indenter)
+    except BadValue:
+        return None
+    largest = np.array([np.nanmax(depth, initial=0.0)])
+    if not 0 < largest[0] <= place.deepest:
+        return None
+    off = 100 * (float(place.ratio(largest)[0][0]) - 1)
+    side = "less" if off < 0 else "more"
+    found = f"at {text(float(largest[0]), 'm')} a neo-Hookean solid takes {abs(off):.2g} % {side} force than linear theory; "
+    return found + f"finite_strain = '{NEO_HOOKEAN}' corrects it."
