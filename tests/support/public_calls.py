@@ -37,7 +37,7 @@ CALLS = {
     "GradedLayer of five constants": (
         fp.GradedLayer,
         {
-            "young": ([0.0, 2e-6], [1e3, 2e3]),
+            "young": 2e3,
             "poisson": 0.3,
             "thickness": 2e-6,
             "young_axial": 3e3,
