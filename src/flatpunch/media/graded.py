@@ -75,7 +75,7 @@ class GradedLayer:
     ...     young=250e9, poisson=0.25, thickness=1e-6, young_axial=([0, 1e-6], [400e9, 250e9]), poisson_axial=0.2, shear=100e9
     ... )
     >>> print(f"{columns.surface_modulus / 1e9:.0f} GPa")
-    335 GPa
+    333 GPa
     """
 
     young: Any
