@@ -34,6 +34,17 @@ CALLS = {
     "HalfSpace": (fp.HalfSpace, {"young": 5e3, "poisson": 0.3}),
     "GradedLayer": (fp.GradedLayer, {"young": 5e3, "poisson": 0.3, "thickness": 2e-6}),
     "GradedLayer table": (fp.GradedLayer, {"young": ([0.0, 2e-6], [1e3, 2e3]), "poisson": 0.3, "thickness": 2e-6}),
+    "GradedLayer of five constants": (
+        fp.GradedLayer,
+        {
+            "young": 2e3,
+            "poisson": 0.3,
+            "thickness": 2e-6,
+            "young_axial": 3e3,
+            "poisson_axial": ([0.0, 2e-6], [0.1, 0.2]),
+            "shear": 1e3,
+        },
+    ),
     "TransverselyIsotropicHalfSpace": (
         fp.TransverselyIsotropicHalfSpace,
         {"young_in_plane": 5e3, "young_axial": 4e3, "poisson_in_plane": 0.3, "poisson_axial": 0.2, "shear": 2e3},

@@ -124,6 +124,8 @@ def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
     faces = np.concatenate([[0.0], interfaces(medium), [np.inf]])
     found = z.copy()
     for i, body in enumerate(_bodies(medium)):
+        if not _anisotropic(body):
+            continue
         own, decay = np.clip(z, faces[i], faces[i + 1]) - faces[i], Decay.of(body)
         reached = decay.down_to(own)
         if i == 0:
@@ -135,6 +137,12 @@ def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
 def fastest_rate(medium: Body | PowerLawHalfSpace, layer: int) -> float:
     """Larger rate of decay of load waves in a layer: 1 where it is isotropic."""
     return max(1.0, float(Decay.of(_bodies(medium)[layer]).fast.max()))
+
+
+def _anisotropic(body: object) -> bool:
+    if isinstance(body, GradedLayer):
+        return body.anisotropic
+    return isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
 
 
 def _bodies(medium: Body | PowerLawHalfSpace) -> tuple[object, ...]:

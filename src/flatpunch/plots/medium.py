@@ -90,6 +90,8 @@ def profile(body: ElasticBase | Medium | PowerLawHalfSpace | RigidBase, reach: f
 def plot_medium(medium: Body | FreeLayer, axes: Axes | None = None, *, contact_radius: float = 0.0) -> Axes:
     """Draw Young's modulus over depth, with the faces of the layers: dashed where they slide or lift off.
 
+    Of transversely isotropic bodies it is the modulus in the plane.
+
     Parameters
     ----------
     medium : Medium, HalfSpace, PowerLawHalfSpace, TwoBodies or FreeLayer
