@@ -148,7 +148,7 @@ class Problem:
 
     @property
     def uncut(self) -> bool:
-        """Whether the user has not chosen a part of the curve."""
+        """Whether the user has chosen no part of the curve."""
         return self.settings.depth_to is None and self.settings.force_to is None
 
     def presses_downwards(self, scan: Scan) -> bool:
@@ -201,9 +201,8 @@ class Problem:
     def check_as_read(self) -> None:
         """Refuse a detector that stays at a reading."""
         if self.straight:
-            order = np.argsort(self.part.position, kind="stable")
-            read = without_spikes(self.part.force[order])
-            check_reading(self.part, self.part.position[order], read, self._neighbours)
+            part, order = self.part, np.argsort(self.part.position, kind="stable")
+            check_reading(part, part.position[order], without_spikes(part.force[order]), self._neighbours)
 
     def withdraws(self, scan: Scan) -> bool:
         """Whether the tip moves out of contact: read backwards, the curve is a much better approach."""
@@ -352,11 +351,12 @@ class Problem:
         calm[order] = without_spikes(force[order])
         rise = float(calm.max())
         tilt = objective.split(scan.x)[1]["tilt"] if "tilt" in objective.nuisance else 0.0
-        self.check_as_read()
+        if ends := self.whole or not self.uncut:
+            # what lies before a drop is no end of the approach
+            self.check_as_read()
         check_rise(part, rise, noise, tilt * objective.frame.way)
-        check_saturation(part, part.position[order], calm[order], noise)
-        if self.whole or not self.uncut:
-            # before a drop a reading that stays by chance is no end of the approach
+        if ends:
+            check_saturation(part, part.position[order], calm[order], noise)
             self._check_end(scan, order, calm, noise)
         keep, notes = adhesion_dip(part, calm, noise * np.hypot(1, unsure), rise, before, self.settings.adhesion)
         if before.sum() >= 4 * WAVES and self.settings.baseline in ("constant", "linear"):
@@ -372,11 +372,11 @@ class Problem:
 
     def _tilted(self, scan: Scan) -> tuple[Problem, Scan] | None:
         """The problem over a straight line, where it describes the whole curve better and still has readings without contact."""
-        linear = self.linear
-        tilted = self.line or linear.scan()
+        linear, tilted = self.linear, self.line or self.linear.scan()
         # a line may take the place of a contact
-        better = describes_better(self.part.force, linear.residuals(tilted), self.residuals(scan))
-        return (linear, tilted) if better and linear._free(tilted).sum() >= FEWEST else None
+        seen = tilted.gain > CLEAR**2 and linear._free(tilted).sum() >= FEWEST
+        better = seen and describes_better(self.part.force, linear.residuals(tilted), self.residuals(scan))
+        return (linear, tilted) if better else None
 
     def setup(self, scan: Scan, keep: Flags, notes: tuple[str, ...]) -> Setup:
         """The least-squares problem."""

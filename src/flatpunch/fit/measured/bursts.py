@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST, Curve
 from flatpunch.fit.measured.drops import noise_near
@@ -43,7 +43,7 @@ def without_bursts(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
     )
 
 
-def _between(at: Array, size: int) -> Iterator[tuple[int, int]]:
+def _between(at: Indices, size: int) -> Iterator[tuple[int, int]]:
     """Runs of three to LONGEST readings from a jump to another, or to an end of the record."""
     for run in np.split(at, np.flatnonzero(np.diff(at) > LONGEST) + 1) if at.size else ():
         first, last = int(run[0]), int(run[-1])
