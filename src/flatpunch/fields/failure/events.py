@@ -93,6 +93,12 @@ class Judged:
         """Layers that have strengths."""
         return [i for i, each in enumerate(self.strengths) if each.of_bulk or each.of_interface]
 
+    @property
+    def deepest(self) -> float:
+        """Depth of the lowest face that is watched [m]: the lower one of a layer whose interface is, else the upper one."""
+        tops = np.append(self.tops, 0.0)
+        return max((float(tops[i + self.strengths[i].of_interface]) for i in self.watched), default=0.0)
+
     def only(self, what: tuple[str, int, str]) -> Judged:
         """The body with one strength alone, or none if that belongs to the other body."""
         kind, layer, body = what

@@ -165,9 +165,10 @@ class RoundSearch:
         return -self.friction if judged.upper else self.friction
 
     def _radii(self, radius: float) -> Array:
-        """Radii in units of that of the contact, and out to where stiff films bend."""
-        far = max(_bending(each.body) for each in self.bodies)
-        outer = np.geomspace(3 * radius, 3 * radius + 4 * far, 6)[1:] if far > 0 else np.zeros(0)
+        """Radii in units of that of the contact, and out to where stiff films bend and deep interfaces shear."""
+        # shear below a point is largest at half the depth away from its axis
+        far = max(max(4 * _bending(each.body), each.deepest) for each in self.bodies)
+        outer = np.geomspace(3 * radius, 3 * radius + far, 6)[1:] if far > 0 else np.zeros(0)
         return np.concatenate([_RADII * radius, outer])
 
     def _judged(self, event: Event) -> Judged:
@@ -243,7 +244,8 @@ class RoundSearch:
 
         def followed(other: float) -> Event:
             load = self._load(other)
-            growth = load.radius / radius
+            # far below the contact places depend on the depth alone
+            growth = load.radius / radius if not layered or z < radius else 1.0
             place = np.array([r * growth]), np.array([theta]), np.array([z if layered else z * growth])
             section = fixed or self._section_at(judged, i, place[2], load.radius, r * growth, REACH)
             stress = section.stress(load, place[0], place[1], self._traction(judged))
