@@ -21,6 +21,7 @@ from flatpunch.fields.failure.rim import Rim, rim_of
 from flatpunch.fields.failure.round import radius_limits
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium
+from flatpunch.punch import UnresolvedLayer
 
 _COARSE, _FINE, _RIM = 48, 128, 256
 """Cells along each side: while the load is searched, at the place that is found, and where that is at the rim."""
@@ -64,9 +65,13 @@ class CellSearch:
         key = size, count
         if key not in self.solutions:
             depth = round_contact(self.kernel, mean_profile(counted_by(self.indenter)), np.array([size])).depth
-            (self.solutions[key],) = bem.solve(
-                self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5, angles=_RAYS
-            )
+            try:
+                (self.solutions[key],) = bem.solve(
+                    self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5, angles=_RAYS
+                )
+            except bem.ContactTouchesEdge as error:
+                # narrow contacts along the edge of a tilted flat end
+                raise UnresolvedLayer(str(error)) from None
         return self.solutions[key]
 
     def _cells(self, size: float, count: int) -> Cells:
@@ -87,9 +92,9 @@ class CellSearch:
             return sharp
         return _largest_of_each(self._found(size, only, Judged.largest)) + sharp
 
-    def maxima(self, size: float) -> list[Event]:
+    def maxima(self, size: float, only: int | None = None) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
-        return self._found(size, None, Judged.maxima) + self.singular(size)
+        return self._found(size, only, Judged.maxima) + self.singular(size)
 
     def _found(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
         """Events of all layers, or of `only` one, on the grid."""

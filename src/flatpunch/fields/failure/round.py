@@ -118,11 +118,11 @@ class RoundSearch:
             self.known[key] = [event for each, i, stress, place in grid for event in each.largest(i, stress, place)]
         return self.known[key] + self.singular(size)
 
-    def maxima(self, size: float) -> list[Event]:
+    def maxima(self, size: float, only: int | None = None) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
         # ahead of the load, beside and behind it, which a coarse grid may not tell apart
         parts = (slice(0, 1), slice(1, 4), slice(4, 5)) if self.friction else (slice(None),)
-        grid = self._grid(size)
+        grid = self._grid(size, only)
         found = [event for each, i, stress, place in grid for event in each.maxima(i, stress, place, parts)]
         return found + self.singular(size)
 
