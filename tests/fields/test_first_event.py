@@ -18,6 +18,12 @@ class _Jump:
     def events(self, size):
         return [Event("yield", 0, self.grid(size), (0.0, 0.0, 0.0))]
 
+    def maxima(self, size):
+        return self.events(size)
+
+    def turns(self, low, high):
+        return []
+
     def refined(self, event, size):
         return Event("yield", 0, self.fine(size), (0.0, 0.0, 0.0))
 

@@ -63,3 +63,15 @@ def test_a_table_that_begins_like_a_cone_says_so():
     assert loads.force[0] == 0
     assert "begins with a slope of 0.3, like a cone" in str(loads.notes[0].values)
     assert "slope" not in str(fp.critical_loads(BODY, SHARP["cone"], ALL).notes[0].values)
+
+
+def test_kinks_that_come_into_contact_later():
+    """What is not reached before fails there, with the load of that contact; what rises and falls fails when it first rises."""
+    r = np.linspace(0, 4e-6, 41)
+    smooth = r**2 / 40e-6
+    tip = fp.RadialProfile(r, np.where(r <= 1e-6, smooth, smooth[10] + 0.2 * (r - 1e-6)), kinks=[1e-6])
+    loads = fp.critical_loads(BODY, tip, [fp.Strength(yield_stress=8e7, tensile=8e7)])
+    at_the_kink = float(fp.indent(BODY, tip, radius=1e-6).force[0])
+    assert float(loads.force[0]) == pytest.approx(at_the_kink, rel=0.02)
+    assert loads.place.values[0] == pytest.approx([1e-6, 0, 0])
+    assert float(loads.force[1]) == np.inf

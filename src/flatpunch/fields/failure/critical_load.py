@@ -268,6 +268,10 @@ class _OneCriterion:
         """Largest utilisation of that kind."""
         return [event for event in self.whole.events(size, only=self.what[1]) if event.what == self.what]
 
+    def maxima(self, size: float) -> list[Event]:
+        """Local maxima of that kind."""
+        return [event for event in self.whole.maxima(size, only=self.what[1]) if event.what == self.what]
+
 
 def _search(
     medium: Body, indenter: Indenter, strengths: Any, friction: float, residual_stress: Any

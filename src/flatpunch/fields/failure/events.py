@@ -93,6 +93,12 @@ class Judged:
         """Layers that have strengths."""
         return [i for i, each in enumerate(self.strengths) if each.of_bulk or each.of_interface]
 
+    @property
+    def deepest(self) -> float:
+        """Depth of the lowest face that is watched [m]: the lower one of a layer whose interface is, else the upper one."""
+        tops = np.append(self.tops, 0.0)
+        return max((float(tops[i + self.strengths[i].of_interface]) for i in self.watched), default=0.0)
+
     def only(self, what: tuple[str, int, str]) -> Judged:
         """The body with one strength alone, or none if that belongs to the other body."""
         kind, layer, body = what
@@ -184,22 +190,20 @@ class Judged:
         if not rim and isinstance(self.body, PowerLawHalfSpace):
             return []
         place = singular_place(indenter, radius)
-        if place is None or not (rim or sliding or self._sheared):
+        if place is None or not (rim or sliding or _sheared(self.body)):
             return []
         kinds = [("yield", strength.yield_stress), ("shear", strength.shear)]
         if rim and sliding:
             kinds.insert(1, ("tensile", strength.tensile))
         return [Event(kind, 0, np.inf, (*place, 0.0), self.name) for kind, value in kinds if value is not None]
 
-    @property
-    def _sheared(self) -> bool:
-        """Whether infinite pressure shears the surface: material that is isotropic and incompressible has it on all sides."""
-        if isinstance(self.body, PowerLawHalfSpace):
-            return False
-        plane = plane_at(self.body, np.zeros(1), np.zeros(1, dtype=int))
-        return bool(
-            plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12
-        )
+
+def _sheared(body: Solid) -> bool:
+    """Whether infinite pressure shears the surface: material that is isotropic and incompressible has it on all sides."""
+    if isinstance(body, PowerLawHalfSpace):
+        return True
+    plane = plane_at(body, np.zeros(1), np.zeros(1, dtype=int))
+    return bool(plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12)
 
 
 class Search(Protocol):
@@ -213,6 +217,9 @@ class Search(Protocol):
 
     def events(self, size: float) -> list[Event]:
         """Largest utilisation of every kind in every layer, on a grid."""
+
+    def maxima(self, size: float) -> list[Event]:
+        """Local maxima of every kind in every layer, on a grid."""
 
     def refined(self, event: Event, size: float) -> Event:
         """Return an event with its place refined."""
@@ -250,7 +257,27 @@ def _crossing(search: Search, low: float, start: float, high: float) -> tuple[fl
     size, events = _solved(search.events, start, low, high, _FOUND)
     worst = max(events, key=lambda event: event.utilisation)
     if _missed(worst) and worst.utilisation < 1 and size >= high * (1 - ROUNDING):
-        return np.inf, worst, events
+        # the grid may be below one where the refined place is not
+        worst = search.refined(worst, size)
+        if worst.utilisation < 1:
+            return np.inf, worst, events
+    size, worst = _followed(search, worst, size, low, high)
+    for _ in range(_ROUNDS):
+        # another place may be worse there than that which the grid had overestimated
+        above = [each for each in search.maxima(size) if 1 + _MISSED < each.utilisation < np.inf]
+        higher = [each for each in (search.refined(each, size) for each in above) if each.utilisation > 1 + _MISSED]
+        if not higher or size <= low * (1 + ROUNDING):
+            break
+        size, worst = _followed(search, max(higher, key=lambda event: event.utilisation), size, low, high)
+    if _missed(worst) and worst.utilisation > 1 and size <= low * (1 + ROUNDING):
+        return 0.0, worst, [worst if each.what == worst.what else each for each in search.events(low)]
+    if _missed(worst) and worst.utilisation < 1 and size >= high * (1 - ROUNDING):
+        return np.inf, worst, search.events(high)
+    return size, worst, [worst if each.what == worst.what else each for each in search.events(size)]
+
+
+def _followed(search: Search, worst: Event, size: float, low: float, high: float) -> tuple[float, Event]:
+    """Size at which one event happens, its place refined."""
     for _ in range(_ROUNDS):
         worst = search.refined(worst, size)
         follow = search.follower(worst, size)
@@ -258,11 +285,7 @@ def _crossing(search: Search, low: float, start: float, high: float) -> tuple[fl
         size, (worst,) = _solved(_alone(follow), size, least, most, _SOLVED)
         if not _missed(worst) or least * (1 + ROUNDING) < size < most * (1 - ROUNDING):
             break
-    if _missed(worst) and worst.utilisation > 1 and size <= low * (1 + ROUNDING):
-        return 0.0, worst, [worst if each.what == worst.what else each for each in search.events(low)]
-    if _missed(worst) and worst.utilisation < 1 and size >= high * (1 - ROUNDING):
-        return np.inf, worst, search.events(high)
-    return size, worst, [worst if each.what == worst.what else each for each in search.events(size)]
+    return size, worst
 
 
 def _alone(follow: Callable[[float], Event]) -> Callable[[float], list[Event]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from flatpunch.fields.failure.rim import Rim, rim_of
 from flatpunch.fields.failure.round import radius_limits
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium
+from flatpunch.punch import UnresolvedLayer
 
 _COARSE, _FINE, _RIM = 48, 128, 256
 """Cells along each side: while the load is searched, at the place that is found, and where that is at the rim."""
@@ -27,8 +29,8 @@ _COARSE, _FINE, _RIM = 48, 128, 256
 _RAYS = 720
 """Points of the rim; an eighth of them cost 6 % of the tension at the ends of contacts four times as long as wide."""
 
-_PLACES = np.linspace(-1.3, 1.3, 27)
-"""Places of the grid along x and y over half the length of the contact."""
+_PLACES = np.linspace(-1, 1, 27)
+"""Places of the grid along x and y over its half-widths."""
 
 
 _ROUNDS, _FINER = 3, 3.0
@@ -63,9 +65,13 @@ class CellSearch:
         key = size, count
         if key not in self.solutions:
             depth = round_contact(self.kernel, mean_profile(counted_by(self.indenter)), np.array([size])).depth
-            (self.solutions[key],) = bem.solve(
-                self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5, angles=_RAYS
-            )
+            try:
+                (self.solutions[key],) = bem.solve(
+                    self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5, angles=_RAYS
+                )
+            except bem.ContactTouchesEdge as error:
+                # narrow contacts along the edge of a tilted flat end
+                raise UnresolvedLayer(str(error)) from None
         return self.solutions[key]
 
     def _cells(self, size: float, count: int) -> Cells:
@@ -84,25 +90,24 @@ class CellSearch:
         sharp = self.singular(size)
         if sharp and only is None:
             return sharp
+        return _largest_of_each(self._found(size, only, Judged.largest)) + sharp
+
+    def maxima(self, size: float, only: int | None = None) -> list[Event]:
+        """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
+        return self._found(size, only, Judged.maxima) + self.singular(size)
+
+    def _found(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
+        """Events of all layers, or of `only` one, on the grid."""
         cells = self._cells(size, _COARSE)
-        x, y = self._across(cells)
         found = []
         for each in self.bodies:
             for i in each.watched if only is None else {only}.intersection(each.watched):
-                z = each.depths(i, size)
-                found += self._with_rim(each, i, size, *self._stress(each, i, cells, x, y, z), each.largest)
-        return _largest_of_each(found) + sharp
-
-    def maxima(self, size: float) -> list[Event]:
-        """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
-        cells = self._cells(size, _COARSE)
-        x, y = self._across(cells)
-        found = []
-        for each in self.bodies:
-            for i in each.watched:
-                z = each.depths(i, size)
-                found += self._with_rim(each, i, size, *self._stress(each, i, cells, x, y, z), each.maxima)
-        return found + self.singular(size)
+                stress, place = self._stress(each, i, cells, each.tops[i], each.depths(i, size))
+                found += self._with_rim(each, i, size, stress, place, partial(chosen, each))
+                face = float(np.append(each.tops, 0.0)[i + 1])
+                if each.strengths[i].of_interface and face > size:
+                    found += chosen(each, i, *self._stress(each, i, cells, face, np.array([face])))
+        return found
 
     def _with_rim(
         self, judged: Judged, i: int, size: float, stress: Array, place: Array, chosen: Callable[..., list[Event]]
@@ -136,12 +141,13 @@ class CellSearch:
         found = judged.largest(0, (outside @ rim.weights)[..., None, None], place[..., None, None])
         return replace(next(each for each in found if each.kind == "tensile"), rim=True)
 
-    def _across(self, cells: Cells) -> tuple[Array, Array]:
-        """Places of the grid along x and y."""
-        along = [_PLACES * n * cells.spacing / 2 for n in cells.pressure.shape[::-1]]
-        return cells.center[0] + along[0], cells.center[1] + along[1]
+    def _stress(self, judged: Judged, i: int, cells: Cells, depth: float, z: Array) -> tuple[Array, Array]:
+        """Stresses at depths z of a layer, on a grid as wide as the load and the fields at some depth, and their places."""
+        wide = _half_widths(cells, depth)
+        x, y = (middle + _PLACES * half for middle, half in zip(cells.center, wide, strict=True))
+        return self._at(judged, i, cells, x, y, z)
 
-    def _stress(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
+    def _at(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
         """Stresses in a layer on the product of x, y and depths z, shape (6, nx, ny, nz), and the places, (3, nx, ny, nz)."""
         place = np.stack(np.meshgrid(x, y, z, indexing="ij"))
         flat = place.reshape(3, -1)
@@ -150,7 +156,7 @@ class CellSearch:
 
     def _largest(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> list[Event]:
         """Largest utilisation of each kind in a layer on the product of x, y and depths z."""
-        return judged.largest(i, *self._stress(judged, i, cells, x, y, z))
+        return judged.largest(i, *self._at(judged, i, cells, x, y, z))
 
     def _judged(self, event: Event) -> Judged:
         return next(each for each in self.bodies if each.name == event.body)
@@ -163,18 +169,23 @@ class CellSearch:
         i, face = event.layer, event.kind.startswith("interface")
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
         x, y, z = event.place[0], event.place[1], abs(event.place[2])
-        wide = [n * cells.spacing / 12 for n in cells.pressure.shape[::-1]]
+        # one interval of the grid
+        wide = np.array([2 * half / (_PLACES.size - 1) for half in _half_widths(cells, float(bottom if face else top))])
         deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(size, float(top) / 2))
         rim = self._rim(size, _FINE) if event.kind == "tensile" and i == 0 else None
-        steps, best = np.linspace(-1, 1, 5), None
-        for _ in range(_ROUNDS):
+        steps, best, finer = np.linspace(-1, 1, 5), None, np.zeros(2)
+        for _ in range(2 * _ROUNDS):
             zs = np.unique(np.clip(z + deep * steps, top, bottom))
-            stress, place = self._stress(judged, i, cells, x + wide[0] * steps, y + wide[1] * steps, zs)
+            (dx, dy), middle = wide / _FINER**finer, (x, y)
+            stress, place = self._at(judged, i, cells, x + dx * steps, y + dy * steps, zs)
             found = judged.largest(i, stress if rim is None else _away(rim, stress, place), place)
             (here,) = [each for each in found if each.kind == event.kind]
             best = here if best is None else max(best, here, key=lambda each: each.utilisation)
             x, y, z = best.place[0], best.place[1], abs(best.place[2])
-            wide, deep = [each / _FINER for each in wide], deep / _FINER
+            # grids become finer once the largest value is inside, not at an end from which it may grow further
+            finer, deep = finer + (np.abs(np.subtract((x, y), middle)) < 0.9 * np.array([dx, dy])), deep / _FINER
+            if finer.min() >= _ROUNDS:
+                break
         assert best is not None
         return best
 
@@ -186,7 +197,8 @@ class CellSearch:
         def followed(other: float) -> Event:
             if event.rim and (rim := self._rim(other, _RIM, _angle(event))):
                 return self._at_rim(judged, other, _RIM, rim)
-            growth = other / size
+            # far below the contact places depend on the depth alone
+            growth = other / size if not layered or abs(event.place[2]) < size else 1.0
             x, y, z = event.place[0] * growth, event.place[1] * growth, abs(event.place[2])
             place = (np.array([each]) for each in (x, y, z if layered else z * growth))
             found = self._largest(judged, event.layer, self._cells(other, _FINE), *place)
@@ -206,6 +218,11 @@ class CellSearch:
             (coarse,) = [each for each in found if each.kind == event.kind]
         # relative error of stresses from cells that are joined and taken as discs away from the points
         return 2 * abs(coarse.utilisation / event.utilisation - 1) + 1e-3
+
+
+def _half_widths(cells: Cells, depth: float) -> list[float]:
+    """Half the grid along x and y [m]: a third beyond the load, or far below it as wide as the fields of a point are there."""
+    return [max(1.3 * n * cells.spacing / 2, 2 * depth) for n in cells.pressure.shape[::-1]]
 
 
 def _away(rim: Rim, stress: Array, place: Array) -> Array:

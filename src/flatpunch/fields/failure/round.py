@@ -118,11 +118,11 @@ class RoundSearch:
             self.known[key] = [event for each, i, stress, place in grid for event in each.largest(i, stress, place)]
         return self.known[key] + self.singular(size)
 
-    def maxima(self, size: float) -> list[Event]:
+    def maxima(self, size: float, only: int | None = None) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
         # ahead of the load, beside and behind it, which a coarse grid may not tell apart
         parts = (slice(0, 1), slice(1, 4), slice(4, 5)) if self.friction else (slice(None),)
-        grid = self._grid(size)
+        grid = self._grid(size, only)
         found = [event for each, i, stress, place in grid for event in each.maxima(i, stress, place, parts)]
         return found + self.singular(size)
 
@@ -165,9 +165,10 @@ class RoundSearch:
         return -self.friction if judged.upper else self.friction
 
     def _radii(self, radius: float) -> Array:
-        """Radii in units of that of the contact, and out to where stiff films bend."""
-        far = max(_bending(each.body) for each in self.bodies)
-        outer = np.geomspace(3 * radius, 3 * radius + 4 * far, 6)[1:] if far > 0 else np.zeros(0)
+        """Radii in units of that of the contact, and out to where stiff films bend and deep interfaces shear."""
+        # shear below a point is largest at half the depth away from its axis
+        far = max(max(4 * _bending(each.body), each.deepest) for each in self.bodies)
+        outer = np.geomspace(3 * radius, 3 * radius + far, 6)[1:] if far > 0 else np.zeros(0)
         return np.concatenate([_RADII * radius, outer])
 
     def _judged(self, event: Event) -> Judged:
@@ -243,7 +244,8 @@ class RoundSearch:
 
         def followed(other: float) -> Event:
             load = self._load(other)
-            growth = load.radius / radius
+            # far below the contact places depend on the depth alone
+            growth = load.radius / radius if not layered or z < radius else 1.0
             place = np.array([r * growth]), np.array([theta]), np.array([z if layered else z * growth])
             section = fixed or self._section_at(judged, i, place[2], load.radius, r * growth, REACH)
             stress = section.stress(load, place[0], place[1], self._traction(judged))

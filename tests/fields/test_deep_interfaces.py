@@ -1,0 +1,25 @@
+"""Interfaces far below a small contact, where its load acts like one at a point."""
+
+import numpy as np
+import pytest
+
+import flatpunch as fp
+
+DEPTH, SHEAR = 30e-6, 1e3
+MEDIUM = fp.Medium([fp.Layer(1e9, 0.3, DEPTH)], base=fp.HalfSpace(1e9, 0.3))
+# Boussinesq: 3 F/(2 pi) r z^2/(r^2 + z^2)^(5/2), largest at r = z/2
+FORCE = SHEAR * 2 * np.pi * DEPTH**2 / 3 / (0.5 / 1.25**2.5)
+
+
+@pytest.mark.parametrize(
+    "tip",
+    [fp.Sphere(20e-6), fp.Cone(0.5), fp.EllipticParaboloid(2.5e4, 5e4), fp.Pyramid(4, 0.5)],
+    ids=lambda tip: type(tip).__name__,
+)
+def test_shear_of_a_point_load(tip):
+    """At half the depth beside the axis; contacts are 1/70 of the depth and less, cells are joined to 0.1 %."""
+    loads = fp.critical_loads(MEDIUM, tip, [fp.Strength(interface_shear=SHEAR)])
+    assert float(loads.force[0]) == pytest.approx(FORCE, rel=1e-3 if tip.round else 5e-3)
+    peaks = fp.peak_stresses(MEDIUM, tip, force=0.1 * FORCE)
+    assert float(peaks.interface_shear[0]) == pytest.approx(0.1 * SHEAR, rel=1e-3)
+    assert np.hypot(*peaks.interface_shear_place.values[0, :2]) == pytest.approx(DEPTH / 2, rel=0.05)
