@@ -10,7 +10,6 @@ from flatpunch.app.plain import plain, short
 from flatpunch.files.units import text
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, FreeLayer, GradedLayer, Medium, RigidBase, TwoBodies, underlying
-from flatpunch.media.laws import Law
 from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
 
 
@@ -38,19 +37,12 @@ def sketch(medium: Body | FreeLayer, indenter: Indenter, radius: float, depth: f
     }
 
 
-def _moduli(layer: GradedLayer) -> list[tuple[str, Law]]:
-    """Laws of Young's modulus, and what to write behind their values."""
-    if not layer.anisotropic:
-        return [("", layer.young)]
-    return [(" in plane", layer.young), (" axial", layer.young_axial)]
-
-
 def _stiffness(thing: object) -> str:
     if isinstance(thing, GradedLayer):
-        ends = {
-            name: [text(float(e), "Pa") for e in law(np.array([0.0, thing.thickness]))] for name, law in _moduli(thing)
-        }
-        return "E = " + ", ".join(f"{' to '.join(dict.fromkeys(pair))}{name}" for name, pair in ends.items())
+        ends = dict(zip(thing.laws, thing.constants_at(np.array([0.0, thing.thickness])), strict=True))
+        words = {"young": " in plane", "young_axial": " axial"} if thing.anisotropic else {"young": ""}
+        pairs = ((dict.fromkeys(text(float(e), "Pa") for e in ends[name]), word) for name, word in words.items())
+        return "E = " + ", ".join(f"{' to '.join(pair)}{word}" for pair, word in pairs)
     if isinstance(thing, (TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer)):
         return f"E = {text(thing.young_in_plane, 'Pa')} in plane, {text(thing.young_axial, 'Pa')} axial"
     return f"E = {text(thing.young, 'Pa')}" if hasattr(thing, "young") else type(thing).__name__

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import scipy
@@ -78,13 +77,13 @@ class GradedLayer:
     333 GPa
     """
 
-    young: Any
-    poisson: Any
+    young: object
+    poisson: object
     thickness: float
     bonded: bool | Interface = True
-    young_axial: Any = None
-    poisson_axial: Any = None
-    shear: Any = None
+    young_axial: object = None
+    poisson_axial: object = None
+    shear: object = None
 
     def __post_init__(self) -> None:
         hint = "Layers run from the free surface down; what lies below them all is the base."
@@ -115,15 +114,18 @@ class GradedLayer:
 
     def young_at(self, z: Array) -> Array:
         """Young's modulus [Pa], in the plane, at depths z [m], 0 <= z <= thickness, any shape."""
-        return _evaluate(self.young, z)
+        return self._at("young", z)
 
     def poisson_at(self, z: Array) -> Array:
         """Poisson ratio [-], in the plane, at depths z [m], any shape."""
-        return _evaluate(self.poisson, z)
+        return self._at("poisson", z)
 
     def constants_at(self, z: Array) -> tuple[Array, ...]:
         """The constants named by `laws` at depths z [m], any shape."""
-        return tuple(_evaluate(getattr(self, name), z) for name in self.laws)
+        return tuple(self._at(name, z) for name in self.laws)
+
+    def _at(self, name: str, z: Array) -> Array:
+        return _evaluate(getattr(self, name), z)
 
     def plane_at(self, z: Array) -> Plane[Array]:
         """Plane-strain coefficients at depths z [m], any shape.

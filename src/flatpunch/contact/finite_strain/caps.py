@@ -42,7 +42,7 @@ from flatpunch.contact.finite_strain.tables import (
     tables,
 )
 from flatpunch.contact.round.mean_profile import mean_contact
-from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, Rounded, Sphere
+from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 
 STEP = 1e-4
@@ -160,6 +160,9 @@ def place_of(medium: object, indenter: object) -> Place:
         return sphere_place(indenter.radius, *layer_of(medium))
     if isinstance(indenter, Cone | Pyramid | FacetedPyramid):
         return cone_place(indenter, *layer_of(medium))
+    # here, since every other result asks for a place and needs no worn tips
+    from flatpunch.indenters import Rounded
+
     if isinstance(indenter, Rounded) and isinstance(indenter.tip, Cone) and indenter.true_sphere:
         return capped_place(indenter.tip, indenter.radius, *layer_of(medium))
     raise BadValue(
