@@ -47,10 +47,8 @@ from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
 
 SAFE = 0.6
-"""Share of the way to the contact, from the far end, that shows the background alone (attraction acts near the contact).
-
-Of 60 random curves with attraction 50 are refused for it, with half of it 52, with 0.9 only 34; of 80 plain ones none with any.
-"""
+"""Share of the way to the contact, from the far end, that shows the background alone: of 60 random curves with attraction 50
+are refused for it, with half of it 52, with 0.9 only 34; of 80 plain ones none with any."""
 Judged = tuple["Problem", Scan, Flags, tuple[str, ...]]
 
 
