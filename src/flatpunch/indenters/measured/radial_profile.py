@@ -217,8 +217,8 @@ def _checked_table(r: Sequence[float] | Array, f: Sequence[float] | Array) -> tu
         "RadialProfile.f",
         heights,
         heights[1:] < 0,
-        "is negative: the apex is the lowest point of an indenter. Take it as the origin; smooth noise, smoothing = some spacings "
-        "of the table [m].",
+        "is negative: the apex is the lowest point of an indenter. Take it as the origin; smooth noise, smoothing = some "
+        "spacings of the table [m].",
     )
     _refuse(
         "RadialProfile.f",
