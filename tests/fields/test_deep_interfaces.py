@@ -23,3 +23,13 @@ def test_shear_of_a_point_load(tip):
     peaks = fp.peak_stresses(MEDIUM, tip, force=0.1 * FORCE)
     assert float(peaks.interface_shear[0]) == pytest.approx(0.1 * SHEAR, rel=1e-3)
     assert np.hypot(*peaks.interface_shear_place.values[0, :2]) == pytest.approx(DEPTH / 2, rel=0.05)
+
+
+def test_rim_does_not_hide_the_lower_face():
+    """Tension at the rim, which coarse cells overestimate, came first; a stiff film cracks at its lower face before."""
+    film = fp.Medium([fp.Layer(1e11, 0.25, 4e-7)], base=fp.HalfSpace(1e10, 0.3))
+    tip = fp.EllipticParaboloid(1 / 4e-6, 1 / 1.2e-6)
+    loads = fp.critical_loads(film, tip, [fp.Strength(tensile=1e9)])
+    assert loads.place.values[0] == pytest.approx([0, 0, 4e-7], abs=2e-8)
+    below = fp.fields(film, tip, 0.0, 0.0, 4e-7, side="above", force=float(loads.force[0]))
+    assert float(below.principal[0]) == pytest.approx(1e9, rel=5e-3)
