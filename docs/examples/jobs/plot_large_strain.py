@@ -89,6 +89,7 @@ for angle in (20, 35, 50):
     caps.fill_between(depth, error - band, error + band, color=line.get_color(), alpha=0.25, lw=0)
 caps.set_title(r"(d) rounded cones, half-space, $\nu = 0.5$", loc="left")
 caps.set_xlabel("depth / radius of the apex")
+caps.set_ylabel("error of the force of linear theory (%)")
 caps.legend(frameon=False, loc="upper left")
 caps.set_xlim(0.02, 20)
 

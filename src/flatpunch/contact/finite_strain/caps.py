@@ -7,7 +7,9 @@ which the contact under the sphere reaches the flank and D_b = d_b + c. In betwe
     rho = rho_cone(D) + t^3 (rho_sphere - rho_cone(D)),    t = D_b/D,
 
 since a missing apex takes a share of the order t^3 off the force. Both ends are exact: rho is that of the sphere up to d_b, and
-that of the sharp cone far beyond. The error in between is measured by finite elements (`safety_of_caps`).
+that of the sharp cone far beyond. In elasticity of second order forces are quadratic in the profile, and what a cap takes off
+them has one weight for all angles. What is of higher order is taken in proportion to t^2 (1 - t) and to the part of rho_cone that
+is not linear in the slope; its factor and its error are measured by finite elements (`next_order`).
 """
 
 from __future__ import annotations
@@ -37,8 +39,8 @@ from flatpunch.contact.finite_strain.tables import (
     DEEP,
     THIN,
     angle_at,
+    next_order,
     of_poisson,
-    safety_of_caps,
     tables,
 )
 from flatpunch.contact.round.mean_profile import mean_contact
@@ -114,10 +116,11 @@ class Capped:
     def _flank(self, depth: Array) -> tuple[Array, Array]:
         """Ratio and error at depths beyond the end of the cap, shape (n,)."""
         ratio, error, term = self.parts(depth)
-        return ratio, error + safety_of_caps() * term
+        share, spread = next_order()
+        return ratio - share * term, error + spread * term
 
     def parts(self, depth: Array) -> tuple[Array, Array, Array]:
-        """Ratio beyond the cap, what the tables add to its error, and what the rest is in proportion to, shape (n,) each."""
+        """Ratio of second order beyond the cap, what the tables add to its error, and the next order, shape (n,) each."""
         sharp = depth + self.lost
         t = np.minimum(self.whole / sharp, 1.0)
         cap, cap_error = self._sphere(self.radius / t, self.end_of_cap / t)
@@ -129,8 +132,7 @@ class Capped:
     def beyond_second_order(self) -> float:
         """Part of the ratio under the sharp cone on an incompressible half-space that is not in proportion to its slope.
 
-        In elasticity of second order forces are quadratic in the profile, and what a cap takes off them has one weight for all
-        angles. The error is of higher order. Near a Poisson ratio of 0.48 this part vanishes, and the error does not.
+        Near a Poisson ratio of 0.48 this part vanishes; what caps add of that order does not.
         """
         angles = np.array([angle_at(self.cone.y), ANGLES[0]])
         y, slope = (angles - ANGLES[0]) / (ANGLES[1] - ANGLES[0]), np.tan(np.radians(angles))

@@ -105,9 +105,10 @@ def tables() -> dict[str, Table]:
 
 
 @byte_cached
-def safety_of_caps() -> float:
-    """Error of the interpolation to rounded cones over what `Capped` computes for it."""
-    return float(_file()["caps"])
+def next_order() -> tuple[float, float]:
+    """Share of the term of next order in the ratio of rounded cones (`Capped`), and how much of it points differ by besides."""
+    share, spread = _file()["caps"]
+    return share, spread
 
 
 def _file() -> dict[str, Any]:
