@@ -69,8 +69,11 @@ def test_error_holds_at_points_that_did_not_make_the_table():
             share[row["cells"]].append(abs(ratio - row["ratio"]) / error)
         at_nodes, apart = share.values()
         refined = len(record["record"]["refined nodes"][family])
-        assert max(at_nodes) < 1e-2
-        assert len(at_nodes) == table.series.size - refined
+        # the error covers the other solution of doubtful nodes
+        doubtful = len(table.doubts)
+        assert sorted(at_nodes)[-1 - doubtful] < 1e-2
+        assert max(at_nodes) < 1
+        assert len(at_nodes) == table.series.size - refined + doubtful
         assert len(apart) == sum(record["record"]["checks"][family]) + refined
         # the largest mesh error and the largest safety factor are met, all others are below
         assert max(apart) <= 1 + 1e-3

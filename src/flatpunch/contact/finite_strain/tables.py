@@ -75,12 +75,15 @@ class Table:
         Error of the finite elements, over x if strains grow with it.
     grows : bool
         Whether strains vanish at x = 0, as under spheres. Those under a cone on a half-space do not depend on the depth.
+    doubts : ndarray, shape (n, z, y, x)
+        Changes of the series had each of n nodes the other of two solutions on which meshes settle.
     """
 
     series: Array
     safety: float
     mesh: float
     grows: bool
+    doubts: Array
 
     def at(self, z: float, y: float | Array, x: Array) -> tuple[Array, Array, Array]:
         """Ratio of forces, its derivative by x, and its error, shape (n,) each; y may have that shape too."""
@@ -90,8 +93,11 @@ class Table:
         slope = 2 * chebyshev.chebval2d(u, v, chebyshev.chebder(plane, axis=1))
         ends = (chebyshev.chebval(u, plane[:, -1]), chebyshev.chebval(v, plane[-1]))
         last = sum(map(np.abs, (*ends, chebyshev.chebval2d(u, v, self.series[-1]))))
+        other = sum(
+            np.abs(chebyshev.chebval2d(u, v, np.asarray(chebyshev.chebval(2 * z - 1, each)))) for each in self.doubts
+        )
         weight, rise = (x, value) if self.grows else (np.ones_like(x), np.zeros_like(x))
-        return 1 + weight * value, rise + weight * slope, weight * (self.mesh + self.safety * last)
+        return 1 + weight * value, rise + weight * slope, weight * (self.mesh + self.safety * last + other)
 
 
 @byte_cached
@@ -99,7 +105,7 @@ def tables() -> dict[str, Table]:
     """The tables that come with the package."""
     found = _file()["tables"]
     return {
-        name: Table(np.array(each["series"]), each["safety"], each["mesh"], each["grows"])
+        name: Table(np.array(each["series"]), each["safety"], each["mesh"], each["grows"], np.array(each["doubts"]))
         for name, each in found.items()
     }
 
