@@ -7,10 +7,10 @@ import flatpunch as fp
 from flatpunch.indenters import Cylinder
 
 
-def _stack(rng, layers):
+def _stack(rng, layers, thickest=0.2):
     return fp.Medium(
         [
-            fp.Layer(10 ** rng.uniform(-0.7, 0.7), rng.uniform(0.1, 0.45), 10 ** rng.uniform(-0.7, 0.2))
+            fp.Layer(10 ** rng.uniform(-0.7, 0.7), rng.uniform(0.1, 0.45), 10 ** rng.uniform(-0.7, thickest))
             for _ in range(layers)
         ],
         fp.HalfSpace(1.0, 0.3),
@@ -20,7 +20,7 @@ def _stack(rng, layers):
 def _brute(body, tip, i, friction):
     """Largest von Mises stress, tension and shear in one layer on about 10 000 points, with both sides of its faces."""
     faces = np.concatenate([[0.0], np.cumsum([layer.thickness for layer in body.layers])])
-    bottom = faces[i + 1] if i < len(body.layers) else faces[i] + 2.5
+    bottom = faces[i + 1] if i < len(body.layers) else faces[i] + 4 * (1 + faces[i])
     z = faces[i] + (bottom - faces[i]) * (1 - np.cos(np.pi * np.linspace(0, 1, 33))) / 2
     beside = np.geomspace(1e-5, 0.1, 12)
     x = np.concatenate([np.linspace(0, 0.88, 24), 1 - beside[::-1], [1.0], 1 + beside, np.linspace(1.12, 3, 26)])
@@ -38,7 +38,7 @@ def _brute(body, tip, i, friction):
 @pytest.mark.parametrize(("layers", "friction"), [(1, 0.0), (1, 0.4), (3, 0.0), (2, 0.2)])
 @pytest.mark.parametrize("tip", [fp.Sphere(5.0), fp.Rounded(fp.Cone(0.4), radius=0.8)], ids=["sphere", "rounded"])
 def test_no_point_has_more(tip, layers, friction):
-    body = _stack(np.random.default_rng([layers, int(10 * friction), isinstance(tip, fp.Sphere)]), layers)
+    body = _stack(np.random.default_rng([layers, int(10 * friction), isinstance(tip, fp.Sphere)]), layers, thickest=0.5)
     peaks = fp.peak_stresses(body, tip, radius=1.0, friction=friction)
     for i in range(layers + 1):
         brute = _brute(body, tip, i, friction)
@@ -55,6 +55,18 @@ def test_no_point_has_more(tip, layers, friction):
             value = {"von_mises": there.von_mises, "tension": there.principal[0], "shear": there.max_shear}[name]
             # the search ends its integrals early; the place has the value to 1e-4
             assert float(value.values.ravel()[0]) == pytest.approx(float(peaks[name][i]), rel=1e-3, abs=1e-4 * brute[0])
+
+
+def test_tension_far_below_a_soft_layer():
+    """Bending leaves no tension at the interface; the largest is twice the thickness below it, beyond the grid of the search."""
+    body, depth = (
+        fp.Medium([fp.Layer(40e9, 0.13, 15e-6)], base=fp.HalfSpace(200e9, 0.31)),
+        np.linspace(16e-6, 90e-6, 100),
+    )
+    peaks = fp.peak_stresses(body, fp.Sphere(11e-6), radius=5.4e-6)
+    axis = fp.fields(body, fp.Sphere(11e-6), 0.0, 0.0, depth, radius=5.4e-6).principal[0]
+    assert 40e-6 < peaks.tension_place.values[1, 2] < 60e-6
+    assert float(peaks.tension[1]) == pytest.approx(float(axis.max()), rel=1e-3)
 
 
 def test_direction_turns_the_places():

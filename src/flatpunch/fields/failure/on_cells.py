@@ -169,21 +169,22 @@ class CellSearch:
         i, face = event.layer, event.kind.startswith("interface")
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
         x, y, z = event.place[0], event.place[1], abs(event.place[2])
-        # one interval of the grid
-        wide = np.array([2 * half / (_PLACES.size - 1) for half in _half_widths(cells, float(bottom if face else top))])
         deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(size, float(top) / 2))
+        # one interval of the grid
+        halves = _half_widths(cells, float(bottom if face else top))
+        wide = np.array([*(2 * half / (_PLACES.size - 1) for half in halves), deep])
         rim = self._rim(size, _FINE) if event.kind == "tensile" and i == 0 else None
-        steps, best, finer = np.linspace(-1, 1, 5), None, np.zeros(2)
+        steps, best, finer = np.linspace(-1, 1, 5), None, np.zeros(3)
         for _ in range(2 * _ROUNDS):
-            zs = np.unique(np.clip(z + deep * steps, top, bottom))
-            (dx, dy), middle = wide / _FINER**finer, (x, y)
+            (dx, dy, dz), middle = wide / _FINER**finer, (x, y, z)
+            zs = np.unique(np.clip(z + dz * steps, top, bottom))
             stress, place = self._at(judged, i, cells, x + dx * steps, y + dy * steps, zs)
             found = judged.largest(i, stress if rim is None else _away(rim, stress, place), place)
             (here,) = [each for each in found if each.kind == event.kind]
             best = here if best is None else max(best, here, key=lambda each: each.utilisation)
             x, y, z = best.place[0], best.place[1], abs(best.place[2])
             # grids become finer once the largest value is inside, not at an end from which it may grow further
-            finer, deep = finer + (np.abs(np.subtract((x, y), middle)) < 0.9 * np.array([dx, dy])), deep / _FINER
+            finer += np.abs(np.subtract((x, y, z), middle)) <= 0.9 * np.array([dx, dy, dz])
             if finer.min() >= _ROUNDS:
                 break
         assert best is not None

@@ -182,8 +182,10 @@ class RoundSearch:
         load, judged = self._load(size), self._judged(event)
         radius, i = load.radius, event.layer
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
-        # those of the grid: what falls off towards zero from below has its largest value at infinity
+        # what falls off towards zero from below has its largest value at infinity: it is searched as far as the grid
         farthest, deepest = self._radii(radius)[-1], judged.depths(i, radius)[-1]
+        if event.utilisation > 0:
+            farthest, deepest = np.inf, np.inf
         ends = np.array([[0, 0, top], [farthest, np.pi, min(bottom, deepest)]])
         at = np.array(_polar(event))
         face = event.kind.startswith("interface")
