@@ -33,3 +33,14 @@ def test_rim_does_not_hide_the_lower_face():
     assert loads.place.values[0] == pytest.approx([0, 0, 4e-7], abs=2e-8)
     below = fp.fields(film, tip, 0.0, 0.0, 4e-7, side="above", force=float(loads.force[0]))
     assert float(below.principal[0]) == pytest.approx(1e9, rel=5e-3)
+
+
+def test_tension_in_a_base_under_a_sharp_tip_is_reached():
+    """The mean pressure is the same at all sizes, but the base feels contacts as large as the film is thick alone."""
+    body, tip = fp.Medium([fp.Layer(15e3, 0.3, 4e-6)], base=fp.HalfSpace(5e3, 0.3)), fp.Pyramid(4, 0.5)
+    strengths = [fp.Strength(yield_stress=1e6), fp.Strength(tensile=60.0)]
+    loads = fp.critical_loads(body, tip, strengths, friction=0.45)
+    (load,) = loads.force.sel(criterion=["layers[1].tensile"]).values
+    x, z = np.meshgrid(np.linspace(-8e-6, 8e-6, 41), np.linspace(4e-6, 12e-6, 9) * (1 + 1e-9))
+    largest = fp.fields(body, tip, x, 0.0, z, force=float(load), friction=0.45).principal[0].max()
+    assert float(largest) == pytest.approx(60.0, rel=0.05)

@@ -351,7 +351,7 @@ def expected_utilisation(bodies: Sequence[Judged], radius: Array, pressure: Arra
             for value, share, depth in (
                 (strength.yield_stress, 0.6, top),
                 (strength.shear, 0.3, top),
-                (strength.tensile, 0.2, 0.0),
+                (strength.tensile, 0.2, top),
                 (strength.interface_tension, 0.1, face),
                 (strength.interface_shear, 0.3, face),
             ):

@@ -277,7 +277,9 @@ def radius_limits(
     reached = expected_utilisation(bodies, radius, mean) >= 1
     # of each criterion; sharp tips exceed some at any size
     starts = np.clip(radius[np.where(reached.any(axis=1), np.argmax(reached, axis=1), -1)], flat, high)
-    return max(float(starts.min()) / RANGE, flat), float(starts.min()), min(high, float(starts.max()) * RANGE)
+    # what lies deep feels nothing of contacts that are small against its depth
+    last = max(float(starts.max()), *(each.deepest for each in bodies))
+    return max(float(starts.min()) / RANGE, flat), float(starts.min()), min(high, last * RANGE)
 
 
 def _octaves(judged: Judged) -> list[list[int]]:
