@@ -16,7 +16,7 @@ def thin(poisson, thickness, young=1e4):
     return fp.Medium([fp.Layer(young, poisson, thickness)], fp.RigidBase())
 
 
-STIFF = fp.Medium([fp.Layer(4.6e9, 0.5, 2.3e-6), fp.Layer(135.0, -0.9, 2.9e-5, bonded=False)], fp.RigidBase())
+STIFF = fp.Medium([fp.Layer(4.6e11, 0.5, 2.3e-6), fp.Layer(135.0, -0.9, 2.9e-5, bonded=False)], fp.RigidBase())
 SLENDER = fp.EllipticParaboloid(189437, 358.69)
 
 NEARLY_FLAT = fp.Superellipse(1e-6, 2e-6, 1e-6, power=3, exponent=0.06)
@@ -47,9 +47,9 @@ REFUSED = {
         lambda: fp.pressure(thin(0.5, 1e-6), fp.Pyramid(4, 0.3), 0.0, 0.0, force=1.0),
         r"force = 1 N: boundary elements do not converge",
     ),
-    "a film 3e7 times stiffer, by radius": (
+    "a film 3e9 times stiffer, by radius": (
         lambda: fp.indent(STIFF, SLENDER, radius=4.43e-7),
-        r"radius up to 443 nm: depth = 3\d.\d+ µm: boundary elements do not converge",
+        r"radius up to 443 nm: depth = 3\d\d.\d+ µm: boundary elements do not converge",
     ),
     "a cut-off pyramid by a radius of 10 000 layers": (
         lambda: fp.indent(thin(0.5, 1e-6), fp.Truncated(fp.Pyramid(4, 0.3), height_removed=1e-7), radius=1e-2),
