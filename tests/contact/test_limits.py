@@ -133,3 +133,11 @@ def test_forces_whose_error_is_as_large_as_themselves_are_not_valid():
     assert (curve.valid.values == known).all()
     # what such a force would say of the layers is not said
     assert "pressed through" not in curve.attrs["notes"]
+
+
+@pytest.mark.parametrize("tip", [fp.Truncated(fp.Cone(0.1), 0.05), fp.Truncated(fp.EllipticParaboloid(0.5, 1.0), 0.1)])
+def test_no_contact_has_a_radius_inside_a_flat_end(tip):
+    curve = fp.indent(fp.HalfSpace(1e9, 0.3), tip, radius=[0.1, 0.3, 0.8])
+    assert curve.valid.values.tolist() == [False, False, True]
+    assert "At radii up to 300 mm: the flat end of the tip is larger" in curve.attrs["notes"]
+    assert fp.indent(fp.HalfSpace(1e9, 0.3), tip, depth=[0.0, 0.01]).valid.all()

@@ -88,7 +88,7 @@ def judged(curve: Curve, medium: Body | FreeLayer, indenter: Indenter) -> Curve:
     """Return the curve with steps marked that are beyond the theory, and sentences that say why.
 
     `valid` is False where a number is not finite, the estimated error is as large as the force, a layer would be pressed
-    through, or another part of the tip than the one that was solved may touch.
+    through, another part of the tip than the one that was solved may touch, or no contact has the radius.
     """
     finite = np.all([np.isfinite(getattr(curve, name)) for name in ("depth", "force", "radius", "area")], axis=0)
     broken = curve.valid & ~finite
@@ -98,7 +98,13 @@ def judged(curve: Curve, medium: Body | FreeLayer, indenter: Indenter) -> Curve:
         "the numbers are not finite: the sizes of this case overflow, or the force of a sudden step is infinite.",
     )
     known = _known(curve)
-    valid = curve.valid & finite & known
+    inside = (curve.radius > 0) & (curve.depth == 0) & (curve.force == 0) & (not isinstance(indenter, Cylinder))
+    if inside.any():
+        largest = text(float(curve.radius[inside].max()), "m")
+        notes += (
+            f"At radii up to {largest}: the flat end of the tip is larger, and in contact as a whole under any load.",
+        )
+    valid = curve.valid & finite & known & ~inside
     # a force that is not known says nothing about the layers
     through = np.where(known, compression(medium, curve.depth, curve.force, curve.radius), 0.0)
     notes += first_failure(
