@@ -14,7 +14,9 @@ WAVES = 160
 
 
 def over_line(part: Curve, before: Flags) -> Array:
-    """Force over the straight line through the points before the contact [N]."""
+    """Force over the straight line through the points before the contact, or over zero where there are none [N]."""
+    if not before.any():
+        return part.force
     position = part.position - part.position[before].mean()
     here, force = position[before], part.force[before]
     level = force.mean()
@@ -24,6 +26,8 @@ def over_line(part: Curve, before: Flags) -> Array:
 
 def line_error(part: Curve, before: Flags) -> Array:
     """Standard error of the straight line through the points before the contact, at all points, over that of a reading."""
+    if not before.any():
+        return np.full(part.position.size, np.inf)
     position = part.position - part.position[before].mean()
     here = position[before]
     return np.asarray(np.sqrt(1 / here.size + position**2 / max(float(here @ here), TINY)))
