@@ -70,7 +70,7 @@ def _edge() -> Array:
 
 
 def steps(force: Array) -> Array:
-    """By how much a force steps after FEWEST readings from each one on [N]; nothing where there are too few."""
+    """Step of the force over FEWEST readings from each one on [N]; empty if there are too few."""
     return np.asarray(
         np.correlate(without_spikes(force, 1), _edge(), "valid") if force.size >= 2 * FEWEST else force[:0]
     )
