@@ -115,6 +115,25 @@ def test_errors_hold_at_single_points(tip, medium, depth):
     assert np.median(error) < 3e-3 * truth.mean()
 
 
+@pytest.mark.parametrize(
+    ("tip", "medium", "depth"),
+    [
+        (fp.Pyramid(4, 0.3), HALF_SPACE, 0.3),
+        (fp.Tilted(fp.Truncated(fp.Cone(0.29), 0.1), 0.02), GEL, 0.4),
+    ],
+    ids=["pyramid", "flat"],
+)
+def test_errors_at_a_given_radius(tip, medium, depth):
+    """Depths of a radius are off by up to 1e-3, and pressures with them: by up to 90 times the error of a given depth."""
+    (fine,) = bem.solve(fp.compliance(medium), tip, depths=depth, grid=768, tolerance=1e-8)
+    inside = np.argwhere(binary_erosion(fine.contact, iterations=6))
+    rows, columns = np.random.default_rng(3).choice(inside, 4000).T
+    x, y, truth = fine.grid.x[columns], fine.grid.y[rows], fine.pressure[rows, columns]
+    p, error = fp.pressure(medium, tip, x, y, radius=fine.radius, return_error=True)
+    assert np.mean(np.abs(p - truth) > error) < 0.1
+    assert np.median(error) < 5e-3 * truth.mean()
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_round_contacts_are_exact(method):
     r = np.linspace(0, 1.2, 200)
