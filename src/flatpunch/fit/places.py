@@ -90,15 +90,7 @@ def _levels(values: Array) -> Indices:
 
 
 def digests(items: Sequence[Curve | Place], case: str) -> Iterator[str | None]:
-    """Digest of each curve together with the case; None for a file that cannot be read.
-
-    Parameters
-    ----------
-    items : sequence of Curve or Place
-        As `listed` gives them.
-    case : str
-        Digest of everything else that determines the outcome.
-    """
+    """Digest of each curve with that of the case; None for a file that cannot be read."""
     path, digest = None, None
     for item in items:
         if isinstance(item, Curve):
