@@ -5,8 +5,8 @@ functions decorated with `byte_cached` share one limit; when it is exceeded, the
 
 An entry is measured when it is made. Many grow afterwards: punch families and series sample new panels when these are first
 read, and report it (`grown`). When the sum exceeds the limit, all entries are measured again, from the one used last on, what
-several hold once; those beyond three quarters of the limit are dropped. Small ones stay: a table of forces is a few kB that hundreds
-of series of MB each were solved for.
+several hold once; those beyond three quarters of the limit are dropped. Small ones stay: a table of forces is a few kB, and
+hundreds of series of MB each were solved for it.
 """
 
 from __future__ import annotations
