@@ -37,7 +37,7 @@ def test_the_entries_used_longest_ago_are_dropped():
 
 def test_a_small_entry_outlives_large_ones_that_are_used_later():
     """A table of forces is small, and the series that it is made of are large and used after it."""
-    cache, make, calls = kept_by(10_000, 1000)
+    cache, make, _ = kept_by(10_000, 1000)
     table = byte_cached(lambda name: [name], cache)
     first = table("forces")
     for number in range(100):
