@@ -32,14 +32,10 @@ def judged(name, count, seed=7):
 
 @pytest.mark.parametrize("name", QUICK)
 def test_a_few(name):
-    """20 of a kind: mean within four standard errors of its own, and a coverage that 0.95 has with 1e-4 probability.
-
-    10 where two parameters need a table each time.
-    """
-    count = 10 if name in BIASED else 20
-    for parameter, (relative, pulls, covered) in judged(name, count).items():
-        assert abs(pulls.mean()) < 4 / np.sqrt(count), parameter
-        assert binom.cdf(covered.sum(), count, 0.95) > 1e-4, parameter
+    """20 of a kind: mean within four standard errors of its own, and a coverage that 0.95 has with 1e-4 probability."""
+    for parameter, (relative, pulls, covered) in judged(name, 20).items():
+        assert abs(pulls.mean()) < 4 / np.sqrt(20), parameter
+        assert binom.cdf(covered.sum(), 20, 0.95) > 1e-4, parameter
         assert np.abs(relative).max() < 0.5, parameter
 
 
