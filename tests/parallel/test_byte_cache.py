@@ -44,7 +44,7 @@ def test_a_small_entry_outlives_large_ones_that_are_used_later():
         make(number)
     assert table("forces") is first
     # all together stay below the limit
-    for number in range(1000):
+    for number in range(300):
         table(number)
     assert cache.bytes <= 10_000
     assert table("forces") is not first
