@@ -24,7 +24,7 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
 from flatpunch.fit.measured.curve import Curve, check_curves
-from flatpunch.fit.measured.readers import read_curve
+from flatpunch.fit.measured.files.readers import read_curve
 from flatpunch.fit.models import Model, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free

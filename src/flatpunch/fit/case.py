@@ -28,7 +28,7 @@ from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
 from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.measured.curve import Curve
-from flatpunch.fit.measured.readers import read_curve
+from flatpunch.fit.measured.files.readers import read_curve
 from flatpunch.fit.models import check_free
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample

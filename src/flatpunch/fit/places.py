@@ -13,8 +13,8 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import as_path
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in
-from flatpunch.fit.measured.unpacked import by_number
+from flatpunch.fit.measured.files.readers import AFM, EXCEL, TEXT, curves_in
+from flatpunch.fit.measured.files.unpacked import by_number
 from flatpunch.parallel.keys import content_key
 
 

@@ -15,7 +15,7 @@ from flatpunch.fit.films.unloading import unloadings
 from flatpunch.fit.films.workbook import tip_in_workbook
 from flatpunch.fit.measured.curve import FEWEST_STIFF, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
-from flatpunch.fit.measured.readers import EXCEL, curves_in, read_curve
+from flatpunch.fit.measured.files.readers import EXCEL, curves_in, read_curve
 from flatpunch.fit.places import files_in
 
 
