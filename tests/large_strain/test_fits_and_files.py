@@ -1,5 +1,7 @@
 """`finite_strain` in fits, case files and the comparison of formulas."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,8 +23,32 @@ def test_fits_find_the_modulus_of_deep_curves(quick, ratio):
     found = fp.fit(curve, start, tip, ["layers[0].young"], finite_strain=LAW, quick=quick)
     assert found["layers[0].young"] == pytest.approx(5e3, rel=0.01)
     thin = fp.Medium([fp.Layer(2e3, 0.4999, 0.8 * H)], base=fp.RigidBase())
-    with pytest.raises(fp.CurveError, match="table of finite_strain ends"):
-        fp.fit(curve, thin, fp.Sphere(0.8 * H / ratio), ["layers[0].young"], finite_strain=LAW, quick=quick)
+    cut = fp.fit(curve, thin, fp.Sphere(0.8 * H / ratio), ["layers[0].young"], finite_strain=LAW, quick=quick)
+    assert cut.depth.max() <= 1.001 * 0.8 * deepest
+    assert any("are left out: the table of finite_strain ends" in note for note in cut.notes)
+
+
+@pytest.mark.parametrize("shift", [1.0, 1.0 + 1e-9, 1.3, 1.7])
+def test_fits_and_batches_end_with_the_table(shift):
+    """Noise moves the contact of a curve that ends with the table; what is deeper is linear, and must not act."""
+    tip, deepest = fp.Sphere(H), end_of_spheres(H, H)
+    position = np.linspace(-0.4, shift, 700) * deepest
+    force, touching = np.zeros(700), position > 0
+    force[touching] = fp.indent(GEL, tip, depth=position[touching]).force.values
+    at = np.clip(position[touching], 0, deepest)
+    force[touching] *= (
+        fp.indent(GEL, tip, depth=at, finite_strain=LAW).force.values / fp.indent(GEL, tip, depth=at).force.values
+    )
+    force *= 1 + 0.5 * np.maximum(position / deepest - 1, 0)
+    force += 2e-3 * force.max() * np.random.default_rng(3).normal(size=force.size)
+    curve = fp.Curve(depth=position + 1e-7, force=force)
+    start = fp.Medium([fp.Layer(2e3, 0.4999, H)], base=fp.RigidBase())
+    one = fp.fit(curve, start, tip, ["layers[0].young"], finite_strain=LAW)
+    assert one["layers[0].young"] == pytest.approx(5e3, rel=0.01)
+    table = fp.fit_batch([curve], start, tip, ["layers[0].young"], finite_strain=LAW, workers=1)
+    assert float(table.rows[0]["layers[0].young"]) == pytest.approx(one["layers[0].young"], rel=1e-3)
+    joint = fp.fit_together([curve, replace(curve, name="again")], start, tip, ["layers[0].young"], finite_strain=LAW)
+    assert joint["layers[0].young"] == pytest.approx(5e3, rel=0.01)
 
 
 @pytest.mark.parametrize("quick", [False, True])

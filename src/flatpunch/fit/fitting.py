@@ -10,11 +10,8 @@ import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, Indices
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact.finite_strain.caps import place_of
-from flatpunch.files.units import text
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
-from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.setup import elastic_setup
 from flatpunch.fit.least_squares.minimum import SOON, Minimum, covariance, minimise
 from flatpunch.fit.least_squares.objective import Objective
@@ -171,7 +168,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
         raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
     setup = setup_of(curve, model, bounds(model, free), settings)
     setup, found = searched(setup, curve.name, free, setup.settings)
-    if setup.again is not None and (narrower := setup.again(found.x)) is not None:
+    while setup.again is not None and (narrower := setup.again(found.x)) is not None:
         setup, found = searched(narrower, curve.name, free, setup.settings)
     return result_of(curve, model, free, setup, found)
 
@@ -181,8 +178,6 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
     settings = setup.settings
     setup, found = evenly_weighted(setup, found, curve.name, free, settings)
     objective, count = setup.objective, len(setup.objective.names)
-    if isinstance(model, ForwardModel) and model.finite_strain is not None:
-        _in_strain_table(objective, model, found.x)
     if isinstance(model, AdhesiveModel) or not settings.quick:
         follows(setup, found, curve.name)
     variance, factor = noise_variance(found, count, settings.loss)
@@ -214,17 +209,6 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
     tilt = about_tilt(setup, found.x, result) if setup.tilted else ()
     notes = (*setup.notes, *tilt, *about_contact(result), *judged(result), *limits_of_theory(result))
     return replace(result, notes=notes)
-
-
-def _in_strain_table(objective: Unknowns, model: ForwardModel, x: Array) -> None:
-    """Refuse curves that end deeper than the table of large strains."""
-    parameters, background = objective.split(x)
-    place = place_of(*model.case(model.externals(parameters)))
-    deepest = float(objective.depth.max()) - background["contact"]
-    if deepest > place.deepest:
-        raise CurveError(
-            f"the curve is {text(deepest, 'm')} deep; {place.end} Cut the curve by depth_to, or leave finite_strain out."
-        )
 
 
 def about_tilt(setup: Setup, x: Array, result: FitResult, shared: Sequence[str] = ()) -> tuple[str, ...]:

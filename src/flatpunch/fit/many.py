@@ -70,7 +70,9 @@ def _row(
         ):
             return None
         x = _internal(setup.objective, found)
-        if not ((setup.lower < x) & (x < setup.upper)).all():
+        if not ((setup.lower < x) & (x < setup.upper)).all() or (
+            setup.again is not None and setup.again(x) is not None
+        ):
             return None
         residual, jacobian = setup.objective.evaluate(x)
         minimum = Minimum(x, residual, jacobian @ jacobian.T, True, np.zeros(x.size, dtype=bool), 1)

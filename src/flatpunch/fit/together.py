@@ -201,7 +201,7 @@ def _problem(measured: Measured, sample: Sample, free: Mapping[str, Free], setti
     model = model_of(here, wanted, settings.method, settings.finite_strain)
     setup = setup_of(measured.curve, model, bounds(model, wanted), settings)
     x = _amplitude(setup, setup.start(), settings)
-    if setup.again is not None and (narrower := setup.again(x)) is not None:
+    while setup.again is not None and (narrower := setup.again(x)) is not None:
         setup = narrower
         x = _amplitude(setup, x, settings)
     return Problem(measured.curve, setup, x)

@@ -11,6 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags
+from flatpunch._support.prefixes import text
+from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.fit.elastic.broken import before_break
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.plastic import HARD, plastic_cycles
@@ -104,7 +106,28 @@ def _from_contact(
         more += problem.refuse_plastic(scan, signed)
     if settings.drag == "free":
         problem, scan, keep = _with_retract(problem, scan, keep, signed, settings)
-    return problem.setup(scan, keep, (*notes, *broken, *more))
+    setup = problem.setup(scan, keep, (*notes, *broken, *more))
+    if model.finite_strain is None:
+        return setup
+    return replace(setup, again=lambda x: _in_strain_table(setup, found, problem, settings, x))
+
+
+def _in_strain_table(setup: Setup, found: Approach, problem: Problem, settings: Settings, x: Array) -> Setup | None:
+    """The problem without the readings beyond the table of large strains; None where all are inside."""
+    model = problem.model
+    parameters, background = setup.objective.split(x)
+    place = place_of(*model.case(model.externals(parameters)))
+    beyond = setup.objective.depth > background["contact"] + place.deepest
+    if not beyond.any():
+        return None
+    before = setup.part.depth[: np.flatnonzero(setup.used)[np.argmax(beyond)]]
+    if not before.size:
+        raise CurveError(
+            f"{setup.part.name}: begins deeper than {text(place.deepest, 'm')}; {place.end} Leave finite_strain out."
+        )
+    inside = _setup(found, model, problem.limits, replace(settings, depth_to=found.turned * before.max()))
+    note = f"Readings deeper than {text(place.deepest, 'm')} are left out: {place.end}"
+    return replace(inside, notes=(*inside.notes, note))
 
 
 def _without_contact(problem: Problem, scan: Scan, found: Approach, settings: Settings) -> FreeOfContact | None:
