@@ -323,11 +323,13 @@ class Problem:
         if self.settings.baseline != "auto":
             tilted = self.tilted or (asks and self.settings.baseline == "constant")
             return replace(self, tilted=tilted)._checked(scan, over)
-        unseen = self.straight and self._free(scan).sum() < FEWEST
+        free = self._free(scan)
+        unseen = self.straight and free.sum() < FEWEST
         if (asks or unseen) and (found := self._tilted(scan)) is not None:
             linear, scan = found
             return linear.judged(scan)
-        doubtful = self.straight and not unseen
+        # data that begin in contact show no baseline
+        doubtful = self.straight and bool(free.any())
         constant = replace(self, settings=replace(self.settings, baseline="constant"), doubtful=doubtful)
         return constant._checked(scan, over)
 
@@ -372,7 +374,7 @@ class Problem:
         """The problem over a straight line, where it describes the whole curve better and still has readings without contact."""
         linear, tilted = self.linear, self.line or self.linear.scan()
         # a line may take the place of a contact
-        seen = tilted.gain > CLEAR**2 and linear._free(tilted).sum() >= FEWEST
+        seen = tilted.gain > CLEAR**2 and linear._free(tilted).any()
         better = seen and describes_better(self.part.force, linear.residuals(tilted), self.residuals(scan))
         return (linear, tilted) if better else None
 
