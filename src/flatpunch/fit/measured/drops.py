@@ -140,6 +140,38 @@ def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
     return drop and replace(drop, gradual=_falls_steadily(over[drop.at :]))
 
 
+def last_drop(over: Array, noise: float) -> Drop | None:
+    """A fall among the last readings of a force over its background, where `breaks` has too few readings behind it.
+
+    A parabola with a step before three to FEWEST last readings is compared with one that ends in a constant, a saturated detector.
+    Noise is that of the readings [N], or of what the parabola leaves.
+    """
+    force = over[-3 * FEWEST :]
+    if force.size < 3 * FEWEST:
+        return None
+    along = np.arange(force.size) / force.size
+    fallen = _described([(along, along > along[-m - 1]) for m in range(3, FEWEST + 1)], force)
+    flat = _described([(np.minimum(along, along[-m - 1]), np.zeros(force.size)) for m in range(3, 2 * FEWEST)], force)
+    left, last, step, error = min(fallen)
+    error *= max(noise, float(np.sqrt(left / force.size)))
+    # the criterion counts the step as one parameter more
+    if -step < CLEAR * error or min(flat)[0] - left < max(noise**2, left / force.size) * np.log(force.size):
+        return None
+    return Drop(over.size - 4 - last, -step, float(over.max()))
+
+
+def _described(shapes: list[tuple[Array, Array]], force: Array) -> list[tuple[float, int, float, float]]:
+    """Sum of squares, number of the shape, step and its error over the noise, of parabolas with a step."""
+    found = []
+    for i, (along, step) in enumerate(shapes):
+        columns = np.column_stack([step, np.ones(force.size), along, along**2])
+        x = np.linalg.lstsq(columns, force, rcond=None)[0]
+        left = force - columns @ x
+        error = float(np.sqrt(np.linalg.pinv(columns.T @ columns)[0, 0]))
+        found.append((float(left @ left), i, float(x[0]), error))
+    return found
+
+
 def _falls_steadily(force: Array) -> bool:
     """Whether a force falls along a parabola from its first value, and not at once to what then stays or rises."""
     along, fallen = np.arange(force.size, dtype=float), force - force[0]
