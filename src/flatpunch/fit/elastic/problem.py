@@ -28,7 +28,7 @@ from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import speed_of
 from flatpunch.fit.measured.approach import Approach
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fit.measured.drops import Drop, drop_of, last_drop
+from flatpunch.fit.measured.drops import Drop, drop_of, last_drop, weak_drop
 from flatpunch.fit.measured.signal import (
     CLEAR,
     adhesion_dip,
@@ -305,7 +305,7 @@ class Problem:
         read = without_spikes(curve.force if self.straight else force)
         calm = without_spikes(force)
         if (drop := drop_of(read, calm, before, self._neighbours)) is None:
-            return last_drop(force, self._neighbours)
+            return last_drop(force, self._neighbours) or weak_drop(force, self._neighbours)
         # the median of a rise that ends in a drop is largest up to two readings before its end
         at = drop.at + int(np.argmax(force[drop.at : drop.at + 3]))
         return replace(drop, at=at, size=drop.size + float(force[at] - calm[drop.at]))

@@ -59,13 +59,13 @@ class Drop:
         )
 
 
-def _edge() -> Array:
-    """Weights of two times FEWEST readings whose sum is a step in their middle.
+def _edge(count: int = FEWEST) -> Array:
+    """Weights of two times so many readings whose sum is a step in their middle.
 
     Straight lines through the readings on either side are extended to the step, so that neither a slope nor a corner is one.
     """
-    along = np.arange(FEWEST) - (FEWEST - 1) / 2
-    side = 1 / FEWEST + FEWEST / 2 * along / float(along @ along)
+    along = np.arange(count) - (count - 1) / 2
+    side = 1 / count + count / 2 * along / float(along @ along)
     return np.append(-side, side[::-1])
 
 
@@ -170,6 +170,24 @@ def _described(shapes: list[tuple[Array, Array]], force: Array) -> list[tuple[fl
         error = float(np.sqrt(np.linalg.pinv(columns.T @ columns)[0, 0]))
         found.append((float(left @ left), i, float(x[0]), error))
     return found
+
+
+def weak_drop(over: Array, noise: float) -> Drop | None:
+    """The first fall of a force over its background that hardly leaves the noise, by straight lines through more readings.
+
+    It is looked for above a tenth of the largest force: the bend where a contact begins is no fall.
+    """
+    count, begin = 4 * FEWEST, int(np.argmax(over > 0.1 * over.max()))
+    if over.size - begin < 4 * count:
+        return None
+    edge = _edge(count)
+    found = np.correlate(over[begin:], edge, "valid")
+    least = CLEAR * max(spread_of(found), noise * float(np.linalg.norm(edge)))
+    if not (fallen := found < -max(least, -float(found.min()) / 2)).any():
+        return None
+    first = int(np.argmax(fallen))
+    at = first + int(np.argmin(found[first : first + count]))
+    return Drop(begin + at + count - 1, -float(found[at]), float(over.max()))
 
 
 def _falls_steadily(force: Array) -> bool:
