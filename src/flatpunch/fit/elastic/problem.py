@@ -305,7 +305,7 @@ class Problem:
         read = without_spikes(curve.force if self.straight else force)
         calm = without_spikes(force)
         if (drop := drop_of(read, calm, before, self._neighbours)) is None:
-            return last_drop(force, self._neighbours) or weak_drop(force, self._neighbours)
+            return last_drop(force, self._neighbours) or weak_drop(curve.force, force, self._neighbours)
         # the median of a rise that ends in a drop is largest up to two readings before its end
         at = drop.at + int(np.argmax(force[drop.at : drop.at + 3]))
         return replace(drop, at=at, size=drop.size + float(force[at] - calm[drop.at]))
@@ -323,13 +323,12 @@ class Problem:
         if self.settings.baseline != "auto":
             tilted = self.tilted or (asks and self.settings.baseline == "constant")
             return replace(self, tilted=tilted)._checked(scan, over)
-        free = self._free(scan)
-        unseen = self.straight and free.sum() < FEWEST
+        unseen = self.straight and self._free(scan).sum() < FEWEST
         if (asks or unseen) and (found := self._tilted(scan)) is not None:
             linear, scan = found
             return linear.judged(scan)
         # data that begin in contact show no baseline
-        doubtful = self.straight and bool(free.any())
+        doubtful = self.straight and bool(self._free(scan).any())
         constant = replace(self, settings=replace(self.settings, baseline="constant"), doubtful=doubtful)
         return constant._checked(scan, over)
 

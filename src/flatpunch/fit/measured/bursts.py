@@ -20,8 +20,8 @@ def without_bursts(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
     """The curve without bursts of three to LONGEST readings, and a note; one or two readings far off stay, which a fit notes.
 
     A burst, or two that overlap or follow each other, jumps by more than the noise at both ends, unless the record begins or ends
-    with it, and a parabola through more readings on either side describes these within their noise. A snap into contact and a drop
-    jump at one end only, and the force goes on elsewhere.
+    with it, and a parabola through more readings on either side describes these within their noise. A snap into contact and a
+    drop jump at one end only, and the force goes on elsewhere.
     """
     force = curve.force
     noise = noise_near(force)

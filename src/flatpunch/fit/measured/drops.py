@@ -25,6 +25,9 @@ from flatpunch.fit.measured.signal import (
 RARE = 1e-3
 """Probability with which noise alone makes a drop somewhere in a curve; twice as much lowers the smallest drop by 2 %."""
 
+RISEN = 0.1
+"""Share of the largest force below which a rise is none of a contact."""
+
 
 @dataclass(frozen=True)
 class Drop:
@@ -123,8 +126,7 @@ def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
         pairs = (means.size / count) ** 2 / 2
         least, rise = float(-ndtri(RARE / pairs) * np.sqrt(2) * own), float(means.max())
         top, risen = np.maximum.accumulate(means), np.maximum.accumulate(means - np.minimum.accumulate(means))
-        # share of the rise, and noise levels, below which a rise is none of a contact
-        fall = np.where(risen > max(least, 0.1 * rise), top - means, 0.0)
+        fall = np.where(risen > max(least, RISEN * rise), top - means, 0.0)
         # of several drops the first that is half as large as the largest
         fallen = fall > max(least, float(fall.max()) / 2)
         if fallen.any():
@@ -143,10 +145,10 @@ def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
 def last_drop(over: Array, noise: float) -> Drop | None:
     """A fall among the last readings of a force over its background, where `breaks` has too few readings behind it.
 
-    A parabola with a step before three to FEWEST last readings is compared with one that ends in a constant, a saturated detector.
-    Noise is that of the readings [N], or of what the parabola leaves.
+    A parabola with a step before three to FEWEST last readings is compared with one that ends in a constant, a saturated
+    detector. Noise is that of the readings [N], a slower one, or what the parabola leaves.
     """
-    force = over[-3 * FEWEST :]
+    noise, force = max(noise, noise_near(over)), over[-3 * FEWEST :]
     if force.size < 3 * FEWEST:
         return None
     along = np.arange(force.size) / force.size
@@ -172,17 +174,17 @@ def _described(shapes: list[tuple[Array, Array]], force: Array) -> list[tuple[fl
     return found
 
 
-def weak_drop(over: Array, noise: float) -> Drop | None:
+def weak_drop(read: Array, over: Array, noise: float) -> Drop | None:
     """The first fall of a force over its background that hardly leaves the noise, by straight lines through more readings.
 
-    It is looked for above a tenth of the largest force: the bend where a contact begins is no fall.
+    It is looked for above the bend where a contact begins. Means of more readings have less noise, but as much rounding.
     """
-    count, begin = 4 * FEWEST, int(np.argmax(over > 0.1 * over.max()))
+    count, begin = 4 * FEWEST, int(np.argmax(over > RISEN * over.max()))
     if over.size - begin < 4 * count:
         return None
-    edge = _edge(count)
+    edge, rounding = _edge(count), converter_step(read) / np.sqrt(12)
     found = np.correlate(over[begin:], edge, "valid")
-    least = CLEAR * max(spread_of(found), noise * float(np.linalg.norm(edge)))
+    least = CLEAR * max(spread_of(found), noise * float(np.linalg.norm(edge)), rounding)
     if not (fallen := found < -max(least, -float(found.min()) / 2)).any():
         return None
     first = int(np.argmax(fallen))
