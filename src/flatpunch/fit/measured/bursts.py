@@ -34,13 +34,15 @@ def without_bursts(curve: Curve) -> tuple[Curve, tuple[str, ...]]:
     places = []
     for begin, end in _between(np.flatnonzero(jumps) + 1, force.size):
         if (bad := begin + (apart := _apart(force, begin, end, noise)).nonzero()[0]).size:
+            # at an end of the record the parabola is uncertain
+            bad = np.arange(begin if begin == 0 else bad[0], end if end == force.size else bad[-1] + 1)
             keep[bad] = False
             places.append(f"{bad[0]} to {bad[-1]} (by up to {text(float(apart.max()), 'N')})")
     if not places:
         return curve, ()
-    return curve.taken(keep), (
-        f"Readings {', '.join(places)}, counted from 0, jump away from the force and back: they are left out.",
-    )
+    ends = "" if keep[-1] else " At the end of a record they may be a drop of the force (breakthrough, slip or pop-in)."
+    back = "jump away from the force around them"
+    return curve.taken(keep), (f"Readings {', '.join(places)}, counted from 0, {back}: they are left out.{ends}",)
 
 
 def _between(at: Indices, size: int) -> Iterator[tuple[int, int]]:
