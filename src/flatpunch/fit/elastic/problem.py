@@ -305,7 +305,7 @@ class Problem:
         read = without_spikes(curve.force if self.straight else force)
         calm = without_spikes(force)
         if (drop := drop_of(read, calm, before, self._neighbours)) is None:
-            return last_drop(force, self._neighbours) or weak_drop(curve.force, force, self._neighbours)
+            return last_drop(force, calm, self._neighbours) or weak_drop(curve.force, calm, self._neighbours)
         # the median of a rise that ends in a drop is largest up to two readings before its end
         at = drop.at + int(np.argmax(force[drop.at : drop.at + 3]))
         return replace(drop, at=at, size=drop.size + float(force[at] - calm[drop.at]))

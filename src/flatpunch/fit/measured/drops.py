@@ -14,6 +14,7 @@ from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST
 from flatpunch.fit.measured.signal import (
     CLEAR,
+    EXACT,
     converter_step,
     noise_of,
     noise_of_readings,
@@ -142,20 +143,22 @@ def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
     return drop and replace(drop, gradual=_falls_steadily(over[drop.at :]))
 
 
-def last_drop(over: Array, noise: float) -> Drop | None:
+def last_drop(over: Array, calm: Array, noise: float) -> Drop | None:
     """A fall among the last readings of a force over its background, where `breaks` has too few readings behind it.
 
     A parabola with a step before three to FEWEST last readings is compared with one that ends in a constant, a saturated
     detector. Noise is that of the readings [N], a slower one, or what the parabola leaves.
+    Single readings far off are those of the running median.
     """
-    noise, force = max(noise, noise_near(over)), over[-3 * FEWEST :]
+    noise = max(noise, noise_near(over))
+    force = np.where(np.abs(over - calm) > CLEAR * noise, calm, over)[-3 * FEWEST :]
     if force.size < 3 * FEWEST:
         return None
     along = np.arange(force.size) / force.size
     fallen = _described([(along, along > along[-m - 1]) for m in range(3, FEWEST + 1)], force)
     flat = _described([(np.minimum(along, along[-m - 1]), np.zeros(force.size)) for m in range(3, 2 * FEWEST)], force)
     left, last, step, error = min(fallen)
-    error *= max(noise, float(np.sqrt(left / force.size)))
+    error *= max(noise, float(np.sqrt(left / force.size)), EXACT * float(over.max()))
     # the criterion counts the step as one parameter more
     if -step < CLEAR * error or min(flat)[0] - left < max(noise**2, left / force.size) * np.log(force.size):
         return None
@@ -184,7 +187,7 @@ def weak_drop(read: Array, over: Array, noise: float) -> Drop | None:
         return None
     edge, rounding = _edge(count), converter_step(read) / np.sqrt(12)
     found = np.correlate(over[begin:], edge, "valid")
-    least = CLEAR * max(spread_of(found), noise * float(np.linalg.norm(edge)), rounding)
+    least = CLEAR * max(spread_of(found), noise * float(np.linalg.norm(edge)), rounding, EXACT * float(over.max()))
     if not (fallen := found < -max(least, -float(found.min()) / 2)).any():
         return None
     first = int(np.argmax(fallen))
