@@ -192,6 +192,10 @@ def weak_drop(read: Array, over: Array, noise: float) -> Drop | None:
         return None
     first = int(np.argmax(fallen))
     at = first + int(np.argmin(found[first : first + count]))
+    # a corner, as where a detector saturates, is seen as a step beside it
+    before, after = over[begin + at + count - FEWEST :][: 2 * FEWEST].reshape(2, FEWEST).mean(axis=1)
+    if after >= before:
+        return None
     return Drop(begin + at + count - 1, -float(found[at]), float(over.max()))
 
 
