@@ -194,7 +194,7 @@ def weak_drop(read: Array, over: Array, noise: float) -> Drop | None:
     at = first + int(np.argmin(found[first : first + count]))
     # a corner, as where a detector saturates, is seen as a step beside it
     before, after = over[begin + at + count - FEWEST :][: 2 * FEWEST].reshape(2, FEWEST).mean(axis=1)
-    if after >= before:
+    if before - after < CLEAR * noise * np.sqrt(2 / FEWEST):
         return None
     return Drop(begin + at + count - 1, -float(found[at]), float(over.max()))
 
