@@ -97,7 +97,7 @@ def _about(setup: Setup, found: Approach, assumed: str) -> list[str]:
         baseline,
         f"contact: begins at {text(found.turned * start['contact'], 'm')} of the tip's position{assumed}",
         f"{fitted}, {out} of the fitted part left out" if out else fitted,
-        *setup.notes,
+        *(note for note in setup.notes if note not in found.found),
     ]
 
 
