@@ -39,7 +39,7 @@ from flatpunch.numerics.chebyshev import nodal_transform, unit_nodes
 
 CELLS = {"thin": (6, 9), "thick": (6, 9), CONES: (4, 6)}
 """Cells under the contact at the nodes, and where the error is measured."""
-NODES = {"thin": (7, 5, 6), "thick": (5, 7, 7), CONES: (4, 6, 6)}
+NODES = {"thin": (7, 5, 6), "thick": (5, 7, 7), CONES: (5, 6, 6)}
 """Chebyshev nodes of Poisson ratio, thickness or angle, and depth."""
 MORE = {"thick": (0.5, 0.0, 1.0)}
 """Nodes of the thickness besides those of Chebyshev: half-space, near which deep ratios are curved, middle and other end."""
@@ -90,13 +90,13 @@ def checks(family: str) -> tuple[list[Place], list[Place]]:
         places += DEEPEST[family]
     if family == CONES:
         low, high = ANGLES
-        places += [(of_poisson(CONES, p), (a - low) / (high - low), d / DEEP) for a, p, d in OTHERS]
+        places += [(of_poisson(p), (a - low) / (high - low), d / DEEP) for a, p, d in OTHERS]
     return places, again
 
 
 def contact(family: str, place: Place, cells: int) -> Point:
     """Finite elements at a place of a table."""
-    law = Law(poisson_at(family, place[0]))
+    law = Law(poisson_at(place[0]))
     if family == CONES:
         return cone_point(law, RoundedCone(angle_at(place[1])), 1.0, DEEP * place[2], cells)
     depth, radius, thickness = SPHERES[family](place[2], place[1])
@@ -193,7 +193,7 @@ def rounded_places() -> list[Quadruple]:
         lost = 1 / np.cos(np.radians(angle)) - 1
         depth = (sine * np.arctanh(sine) + lost) / share - lost
         thickness = np.inf if i % 2 else over * (depth + lost)
-        places.append((angle, min(poisson_at(CONES, z), INCOMPRESSIBLE), depth, thickness))
+        places.append((angle, min(poisson_at(z), INCOMPRESSIBLE), depth, thickness))
     return [tuple(round(float(value), 6) for value in place) for place in places]
 
 

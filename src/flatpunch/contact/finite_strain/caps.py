@@ -145,7 +145,7 @@ class Capped:
         y, deepest = of_radius(radius, self.thickness)
         x = np.sqrt(np.minimum(depth / deepest, 1.0))
         for family, here in (("thin", radius > self.thickness), ("thick", radius <= self.thickness)):
-            z = of_poisson(family, self.poisson)
+            z = of_poisson(self.poisson)
             ratio[here], _, error[here] = tables()[family].at(z, y[here], x[here])
         return ratio, error
 
