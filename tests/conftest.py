@@ -17,6 +17,8 @@ def pytest_configure() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
     # tests share the cores already, and some count what is solved in this process
     os.environ["OMP_NUM_THREADS"] = "1"
+    # hundreds of media in turn: what one test has solved serves the next
+    os.environ.setdefault("FLATPUNCH_CACHE_MB", "1000")
 
 
 @pytest.fixture(autouse=True)

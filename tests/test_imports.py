@@ -168,6 +168,14 @@ def test_import_directions(module):
             )
 
 
+def test_what_curves_are_knows_no_formats():
+    """Readers of files, `fit/measured/files`, are above the rest of their room."""
+    for module in MODULES:
+        if module.startswith("fit.measured") and not module.startswith("fit.measured.files"):
+            above = [name for name, _ in _imported(module) if name.startswith("fit.measured.files")]
+            assert not above, f"{module} imports {above}"
+
+
 def test_no_circles_between_modules():
     """Not even through imports inside functions: each module can be understood from what it imports."""
     arrows = {module: {target for target, _ in _imported(module) if target in MODULES} - {module} for module in MODULES}

@@ -102,6 +102,8 @@ def test_single_precision_has_its_own_tolerance():
     np.testing.assert_allclose(one.force, two.force, rtol=3e-5)
     with pytest.raises(ValueError, match="out of reach of single precision"):
         fp.indent(COATED, TIP, depth=1e-7, method=fp.BoundaryElements(single=True, tolerance=1e-8))
+    with pytest.raises(ValueError, match="below the rounding of floating point"):
+        fp.BoundaryElements(tolerance=1e-17)
 
 
 def test_too_small_a_grid_says_how_large_it_must_be():

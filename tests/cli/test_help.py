@@ -60,7 +60,8 @@ def test_examples_run(line, tmp_path, monkeypatch):
     # results of the demo, whose cases would take longer
     for name in re.findall(r"demo-results/\w+\.nc", line):
         fp.save(fp.indent(fp.HalfSpace(5e3, 0.5), fp.Sphere(1e-6), depth=1e-7), name)
-    words = shlex.split(line.split("|")[0])
+    # eight thicknesses teach no more than three
+    words = shlex.split(line.split("|")[0].replace(":8:log", ":3:log"))
     done = CliRunner().invoke(app, words[1:], env={"COLUMNS": "120", "NO_COLOR": "1"})
     assert done.exit_code == 0, done.output
     for name in re.findall(r"[\w/.-]+\.(?:nc|csv|png|pdf|svg|py|bib)", line):

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.interpolate import RegularGridInterpolator, make_interp_spline
+from scipy.ndimage import binary_erosion
 
 import flatpunch as fp
+from flatpunch import bem
 from flatpunch.contact import METHODS
 
 HALF_SPACE = fp.HalfSpace(1.0, 0.3)
@@ -87,6 +89,49 @@ def test_errors_are_below_their_estimates(tip, medium):
     assert outside[touched].mean() < 0.05
     # and not by being useless: with so few cells half of the points are known to a few per cent
     assert np.median(error[touched]) < 0.1 * truth[touched].mean()
+
+
+@pytest.mark.parametrize(
+    ("tip", "medium", "depth"),
+    [
+        (fp.Tilted(fp.Cone(0.32), 0.074), HALF_SPACE, 0.3),
+        (fp.Tilted(fp.Truncated(fp.Cone(0.29), 0.034), 0.059), GEL, 0.3),
+        # a flat whose width is known to a cell: the pressure is off everywhere, like the force
+        (fp.Truncated(fp.EllipticParaboloid(0.2, 0.3), 0.1), HALF_SPACE, 0.03),
+    ],
+    ids=["cone", "truncated cone", "flat"],
+)
+def test_errors_hold_at_single_points(tip, medium, depth):
+    """Near the apex of a tilted cone curvatures along x and y cancel: pressures there were off by up to 13 times their error."""
+    (fine,) = bem.solve(fp.compliance(medium), tip, depths=depth, grid=768, tolerance=1e-8)
+    inside = np.argwhere(binary_erosion(fine.contact, iterations=6))
+    rows, columns = np.random.default_rng(3).choice(inside, 4000).T
+    x, y, truth = fine.grid.x[columns], fine.grid.y[rows], fine.pressure[rows, columns]
+    p, error = fp.pressure(medium, tip, x, y, depth=depth, return_error=True)
+    # away from the rim and from places of infinite pressure
+    smooth = error < 0.02 * truth.mean()
+    assert smooth.mean() > 0.85
+    assert (np.abs(p - truth) <= 1.2 * error)[smooth].all()
+    assert np.median(error) < 3e-3 * truth.mean()
+
+
+@pytest.mark.parametrize(
+    ("tip", "medium", "depth"),
+    [
+        (fp.Pyramid(4, 0.3), HALF_SPACE, 0.3),
+        (fp.Tilted(fp.Truncated(fp.Cone(0.29), 0.1), 0.02), GEL, 0.4),
+    ],
+    ids=["pyramid", "flat"],
+)
+def test_errors_at_a_given_radius(tip, medium, depth):
+    """Depths of a radius are off by up to 1e-3, and pressures with them: by up to 90 times the error of a given depth."""
+    (fine,) = bem.solve(fp.compliance(medium), tip, depths=depth, grid=768, tolerance=1e-8)
+    inside = np.argwhere(binary_erosion(fine.contact, iterations=6))
+    rows, columns = np.random.default_rng(3).choice(inside, 4000).T
+    x, y, truth = fine.grid.x[columns], fine.grid.y[rows], fine.pressure[rows, columns]
+    p, error = fp.pressure(medium, tip, x, y, radius=fine.radius, return_error=True)
+    assert np.mean(np.abs(p - truth) > error) < 0.1
+    assert np.median(error) < 5e-3 * truth.mean()
 
 
 @pytest.mark.parametrize("method", METHODS)

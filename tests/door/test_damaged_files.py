@@ -13,7 +13,7 @@ from flatpunch import atlas
 from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed
 from flatpunch.atlas.library import folder
 from flatpunch.files import ResultError
-from flatpunch.fit.measured import afm
+from flatpunch.fit.measured.files import afm
 
 GEL = fp.Medium([fp.Layer(5e3, 0.45, 1e-6)], fp.RigidBase())
 

@@ -44,3 +44,22 @@ def test_tension_in_a_base_under_a_sharp_tip_is_reached():
     x, z = np.meshgrid(np.linspace(-8e-6, 8e-6, 41), np.linspace(4e-6, 12e-6, 9) * (1 + 1e-9))
     largest = fp.fields(body, tip, x, 0.0, z, force=float(load), friction=0.45).principal[0].max()
     assert float(largest) == pytest.approx(60.0, rel=0.05)
+
+
+@pytest.mark.parametrize("stiffness", [0.02, 1e-3])
+@pytest.mark.parametrize("tip", [fp.Paraboloid(10.0), fp.EllipticParaboloid(0.05, 0.06)], ids=["round", "elliptic"])
+def test_layers_on_springs_bend_over_many_thicknesses(tip, stiffness):
+    """A plate on springs lifts off its foundation several lengths beside a load, where the base is in tension as well."""
+    springs = fp.Interface(normal=stiffness, shear=stiffness / 2)
+    plate = fp.Medium([fp.Layer(2.0, 0.3, 1.0, bonded=springs)], base=fp.HalfSpace(1.0, 0.2))
+    loads = fp.critical_loads(plate, tip, [fp.Strength(interface_tension=1e-4), fp.Strength(tensile=5e-4)])
+    r = np.linspace(0, 60, 241)
+    x, y = np.append(r, 0 * r), np.append(0 * r, r)
+    above, below = (
+        fp.fields(plate, tip, x, y, 1.0, force=float(force), side=side).stress.values
+        for force, side in zip(loads.force.values, ("above", "below"), strict=True)
+    )
+    assert 0.97 < above[2].max() / 1e-4 < 1.01
+    xx, yy, zz, yz, xz, xy = below
+    tensor = np.moveaxis(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]), -1, 0)
+    assert 0.97 < np.linalg.eigvalsh(tensor).max() / 5e-4 < 1.01

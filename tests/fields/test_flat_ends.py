@@ -5,6 +5,7 @@ import pytest
 from numpy.polynomial.legendre import leggauss
 
 import flatpunch as fp
+from flatpunch.fields.axisymmetric.contact_load import contact_load
 
 ON_AXIS = 0.05, 0.3, 1.0, 3.0
 """Depths over the contact radius."""
@@ -118,3 +119,14 @@ def test_the_border_of_a_flat_end_fails_at_once(tip):
     assert 0 < soft.force < np.inf
     # what the search for the load leaves is part of it
     assert soft.error < 1e-7
+
+
+@pytest.mark.parametrize("beyond", [1e-7, 1e-5, 1e-3])
+def test_few_panels_just_beyond_a_flat(beyond):
+    """Panels were halved thousands of times where places between flat and rim are rounded: a critical load took minutes."""
+    kernel, tip = fp.compliance(fp.HalfSpace(1.0, 0.3)), fp.Truncated(fp.Cone(0.1), 0.5 * np.tan(0.1))
+    load = contact_load(kernel, tip, 0.5 * (1 + beyond), 0.0, edge=False)
+    assert len(load.series) < 8
+    # beside the flat g is that of its depth, (E*/pi) a tan(alpha) arccos(b/a)
+    depth = np.tan(0.1) * load.radius * np.arccos(0.5 / load.radius)
+    assert load.value(np.zeros(1))[0] == pytest.approx(depth / np.pi / 0.91, rel=1e-15 / beyond)

@@ -8,7 +8,7 @@ import pytest
 from flatpunch.contact import indent
 from flatpunch.fit import Curve, CurveError, fit, read_curve
 from flatpunch.fit.measured.calibration import constants_in
-from flatpunch.fit.measured.readers import curves_in
+from flatpunch.fit.measured.files.readers import curves_in
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
 

@@ -6,7 +6,7 @@ import struct
 import pytest
 
 import flatpunch as fp
-from flatpunch.fit.measured.afm import check_sizes
+from flatpunch.fit.measured.files.afm import check_sizes
 
 FORMS = {2: ("hiiih", 1, 3), 3: ("hiiiih", 1, 4), 5: ("hh15i", 2, 15)}
 

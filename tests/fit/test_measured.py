@@ -3,7 +3,7 @@
 import pytest
 
 from flatpunch.fit import CurveError, fit, fit_film, read_curve, read_nanoindentation, tip_in_workbook
-from flatpunch.fit.measured.afm import read_afm
+from flatpunch.fit.measured.files.afm import read_afm
 from flatpunch.indenters import Paraboloid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 

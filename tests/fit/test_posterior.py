@@ -10,6 +10,10 @@ import flatpunch as fp
 from flatpunch.contact import indent
 from flatpunch.fit import Curve, LogNormal, Normal, Uniform, fit, fit_together
 from flatpunch.fit.elastic import ensemble
+from flatpunch.fit.fitting import setup_of
+from flatpunch.fit.models import bounds, model_of
+from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.settings import Settings, as_free
 from flatpunch.fit.report import sampling
 from flatpunch.fit.report.log_posterior import Quadratic
 from flatpunch.indenters import Sphere
@@ -51,11 +55,15 @@ def test_residuals_of_many_vectors_are_those_of_each(spring, rtol, baseline):
     wave = 0.02 * CURVE.force.max() * np.sin(CURVE.depth / 1e-8)
     curve = replace(CURVE, force=CURVE.force + wave if baseline == "sine" else CURVE.force, spring_constant=spring)
     free = [YOUNG, THICK] if baseline == "linear" else [YOUNG]
-    result = fit(curve, GEL, BEAD, free, baseline=baseline, quick=True)
-    x = result.minimum.x + 0.02 * np.random.default_rng(3).normal(size=(7, result.minimum.x.size))
+    wanted = as_free(free)
+    model = model_of(Sample(GEL, BEAD), wanted, "auto")
+    # beside where a search starts: the identity needs no minimum, and no intervals
+    setup = setup_of(curve, model, bounds(model, wanted), Settings(baseline=baseline, quick=True))
+    start = setup.start()
+    x = start + 0.02 * np.random.default_rng(3).normal(size=(7, start.size))
     one = np.ones(7)
-    many = ensemble.residuals(result.objective, x, one, one)
-    each = np.array([result.objective.evaluate(row)[0] for row in x])
+    many = ensemble.residuals(setup.objective, x, one, one)
+    each = np.array([setup.objective.evaluate(row)[0] for row in x])
     np.testing.assert_allclose(many, each, atol=rtol * np.abs(each).max(), rtol=0)
 
 

@@ -7,7 +7,7 @@ import openpyxl
 import pytest
 
 from flatpunch.fit import CurveError, read_curve
-from flatpunch.fit.measured.readers import curves_in
+from flatpunch.fit.measured.files.readers import curves_in
 
 DEPTH = np.linspace(-50, 200, 40)
 FORCE = np.clip(DEPTH, 0, None) ** 1.5 / 100 + 0.01

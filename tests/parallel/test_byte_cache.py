@@ -35,6 +35,21 @@ def test_the_entries_used_longest_ago_are_dropped():
     assert calls[-1] == 1
 
 
+def test_a_small_entry_outlives_large_ones_that_are_used_later():
+    """A table of forces is small, and the series that it is made of are large and used after it."""
+    cache, make, _ = kept_by(10_000, 1000)
+    table = byte_cached(lambda name: [name], cache)
+    first = table("forces")
+    for number in range(100):
+        make(number)
+    assert table("forces") is first
+    # all together stay below the limit
+    for number in range(300):
+        table(number)
+    assert cache.bytes <= 10_000
+    assert table("forces") is not first
+
+
 def test_what_grows_is_measured_again():
     cache = ByteCache(10_000)
     lists = byte_cached(lambda number: [], cache)

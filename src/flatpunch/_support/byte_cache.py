@@ -5,7 +5,8 @@ functions decorated with `byte_cached` share one limit; when it is exceeded, the
 
 An entry is measured when it is made. Many grow afterwards: punch families and series sample new panels when these are first
 read, and report it (`grown`). When the sum exceeds the limit, all entries are measured again, from the one used last on, what
-several hold once; those beyond three quarters of the limit are dropped.
+several hold once; those beyond three quarters of the limit are dropped. Small ones stay: a table of forces is a few kB, and
+hundreds of series of MB each were solved for it.
 """
 
 from __future__ import annotations
@@ -91,13 +92,23 @@ class ByteCache:
                 self._drop(entry)
 
     def _shrink(self) -> None:
-        """Measure all entries, and drop those beyond three quarters of the limit but for the one used last."""
-        seen, total, cyclic = set[int](), 0, False
+        """Measure all entries, and drop those beyond three quarters of the limit but for the one used last and small ones.
+
+        Small are those below half of what each might have, so that all of them together take no more than half.
+        """
+        seen, cyclic = set[int](), False
         kept = 3 * self.limit // 4
-        for i, entry in enumerate(sorted(self._entries.values(), key=lambda entry: -entry.used)):
-            if i == 0 or total <= kept:
-                total += size_of([entry.key, entry.value], seen)
-            if i and total > kept:
+        last, *others = sorted(self._entries.values(), key=lambda entry: -entry.used)
+        total = size_of([last.key, last.value], seen)
+        sizes = [size_of([entry.key, entry.value], seen) for entry in others]
+        small = kept / (2 * len(self._entries))
+        total += sum(size for size in sizes if size < small)
+        for entry, size in zip(others, sizes, strict=True):
+            if size < small:
+                continue
+            if total + size <= kept:
+                total += size
+            else:
                 self._drop(entry)
                 cyclic = cyclic or _may_refer_to_itself(entry.value)
         self.bytes = self._measured = total

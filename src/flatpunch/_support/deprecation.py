@@ -19,18 +19,9 @@ def warn_old(name: str, since: str, gone: str, instead: str, stacklevel: int) ->
 def deprecated(
     since: str, gone: str, instead: str, keywords: Mapping[str, Callable[[Any], Mapping[str, Any]]] | None = None
 ) -> Callable[[Thing], Thing]:
-    """Decorate a function or class that has a better successor, or whose old keywords have.
+    """Decorate a function or class that has a better successor `instead` `since` a version, and is `gone` in a later one.
 
-    Parameters
-    ----------
-    since : str
-        Version in which the new name came.
-    gone : str
-        Version in which the old one goes.
-    instead : str
-        What to write.
-    keywords : mapping of str to callable, optional
-        Old keywords alone are deprecated: each with the keywords that say the same, made from its value.
+    With `keywords` only old keywords are deprecated: each with the function that makes the new ones of its value.
     """
 
     def decorate(thing: Thing) -> Thing:

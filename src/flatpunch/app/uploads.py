@@ -51,13 +51,7 @@ class Uploads:
         return key
 
     def get(self, key: str) -> Upload:
-        """Return a file.
-
-        Raises
-        ------
-        FormError
-            If none was given, or it is no longer kept.
-        """
+        """Return a file; FormError if none was given, or it is no longer kept."""
         if key.startswith(_SHIPPED):
             path = shipped_cases()[0].parent / "fit" / Path(key).name
             if path.suffix == ".csv" and path.is_file():

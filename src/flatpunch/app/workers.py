@@ -99,18 +99,10 @@ class Workers:
         long: bool = False,
         keep: Callable[[Plain], None] = lambda outcome: None,
     ) -> Job:
-        """Queue a call.
+        """Queue a call of "module:name" below `flatpunch.app.jobs`, with arguments that go through a pipe.
 
-        Parameters
-        ----------
-        function : str
-            "module:name" of a function below `flatpunch.app.jobs`.
-        *arguments
-            What it is called with; goes through a pipe.
-        long : bool
-            Whether it may take longer than a second; one process is always left for those that do not.
-        keep : callable, optional
-            Called with the outcome before anybody hears of it.
+        One process is always left for calls that are not `long`, more than a second; `keep` gets the outcome before anybody
+        hears of it.
         """
         job = Job(secrets.token_urlsafe(16), (function, arguments), long, keep=keep)
         job.stop = lambda: self._stop(job)

@@ -68,21 +68,7 @@ class SparseSeries:
 
 
 def evaluate(dense: Array, x: Array, parameters: tuple[Array, ...]) -> Array:
-    """Sum of a dense series at many points.
-
-    Parameters
-    ----------
-    dense : ndarray, shape (NODES, degrees of parameter 1, ...)
-        As `SparseSeries.combined` returns it.
-    x : ndarray, shape (n,)
-        Coordinate of ln beta in [-1, 1].
-    parameters : tuple of ndarray, shape (n,) each
-        Coordinates of the parameters in [-1, 1].
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
+    """Sum of a dense series at n points, given by coordinates of ln beta and of the parameters in [-1, 1]."""
     used = np.flatnonzero(np.abs(dense).reshape(NODES, -1).max(axis=1))
     last = int(used[-1]) if used.size else 0
     basis = polynomials(x, last)

@@ -100,25 +100,10 @@ def touches_edge(contact: Mask, rings: int = 1) -> bool:
 def find_extent(
     kernel: Kernel, height: Height, first: Extent, *, depth: float | None = None, force: float | None = None
 ) -> Extent:
-    """Bounding box of the contact, to about a twentieth of its size.
+    """Bounding box of the contact at one depth [m] or force [N], to about a twentieth of its size.
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium.
-    height : callable
-        Grid -> gap at first touch [m].
-    first : Extent
-        Where to look first; any order of magnitude will do.
-    depth, force : float
-        One of them: what is prescribed [m], [N].
-
-    Raises
-    ------
-    NotConverged
-        If a coarse solution does not converge: the box of its contact means nothing.
-    ContactTouchesEdge
-        If no bounded contact is found.
+    The search begins at `first`, of any order of magnitude. NotConverged if a coarse solution does not converge, since the box
+    of its contact means nothing; ContactTouchesEdge if no bounded contact is found.
     """
     asked = _asked(depth, force)
     extent = first

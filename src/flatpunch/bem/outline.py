@@ -177,18 +177,10 @@ def rim_along(
     sharp: bool = False,
     farthest: float = 1.0,
 ) -> tuple[Array, Array]:
-    """Farthest points in contact along rays from the point of first touch [m], and their estimated errors [m].
+    """Farthest points in contact along rays from the point of first touch, and their errors [m]; NaN without contact.
 
-    Parameters
-    ----------
-    grid, pressure, rim, length, sharp
-        As for `trace_outline`.
-    phi : ndarray, shape (n,)
-        Polar angles of the rays [rad]. Rays that meet no contact have NaN.
-    farthest : float
-        Distance in cells between the rim of the pressure and that of the cells above which the latter counts.
-
-    The error is the distance between the rim of the pressure and that of the cells; one cell where only the latter is known.
+    The error is the distance between the rim of the pressure and that of the cells, which counts above `farthest` cells; one
+    cell where only the latter is known. Other arguments as for `trace_outline`.
     """
     contact, h = (pressure > 0).astype(float), grid.spacing
     contour = _cell_rim(grid, contact, phi)

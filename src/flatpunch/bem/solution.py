@@ -179,6 +179,8 @@ def check_tolerance(tolerance: float, single: bool) -> None:
             f"{tolerance:g}",
             f"is out of reach of single precision. Use {SINGLE_FLOOR:g} or more, or double precision.",
         )
+    if tolerance < np.finfo(float).eps:
+        raise BadValue("tolerance", f"{tolerance:g}", "is below the rounding of floating point. Try 1e-6.")
 
 
 def not_converged(gap: float, penetration: float, force: float, tolerance: float, iterations: tuple[int, ...]) -> str:

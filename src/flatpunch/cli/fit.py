@@ -111,7 +111,7 @@ def read(
     check_targets(plot)
     _check_order(curve, case)
     from flatpunch.fit.case import read_fit_case
-    from flatpunch.fit.measured.readers import read_curve
+    from flatpunch.fit.measured.files.readers import read_curve
     from flatpunch.fit.reading import reading_of
 
     loaded = None if case is None else read_fit_case(case)
@@ -201,7 +201,7 @@ def _posterior(result: FitResult | JointResult, case: FitCase, path: Path, style
 
 def _many(path: Path, case: FitCase) -> bool:
     """Whether a file holds more than one curve."""
-    from flatpunch.fit.measured.readers import curves_in
+    from flatpunch.fit.measured.files.readers import curves_in
 
     return case.reading.get("index") is None and curves_in(path, **case.reading) > 1
 
@@ -220,7 +220,7 @@ def _fit_one(
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.fitting import fit
     from flatpunch.fit.measured.curve import CurveError
-    from flatpunch.fit.measured.readers import read_curve
+    from flatpunch.fit.measured.files.readers import read_curve
 
     curve = read_curve(path, **case.reading)
     try:

@@ -21,7 +21,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliance.layered import SATURATION, base_flexibility, carry_through, shear_modulus, yielding
 from flatpunch.compliance.stack import Decay
@@ -76,7 +76,7 @@ def _incompressible(layer: AnyLayer) -> bool:
         return layer.poisson == 0.5
     if isinstance(layer, TransverselyIsotropicLayer):
         return plane_of(layer).oedometric == 0
-    return bool(np.all(layer.plane_at(np.linspace(0, layer.thickness, 65)).oedometric == 0))
+    return bool(np.all(layer.plane_at(layer.sampled_depths).oedometric == 0))
 
 
 def smallest_and_largest_modulus(medium: Medium) -> tuple[float, float]:
@@ -84,7 +84,7 @@ def smallest_and_largest_modulus(medium: Medium) -> tuple[float, float]:
     found = []
     for layer in medium.layers:
         if isinstance(layer, GradedLayer):
-            moduli = contact_modulus(layer.plane_at(np.linspace(0, layer.thickness, 65)))
+            moduli = contact_modulus(layer.plane_at(layer.sampled_depths))
             found += [float(moduli.min()), float(moduli.max())]
         else:
             found.append(layer.surface_modulus)
@@ -138,7 +138,7 @@ def _integrate(
         if active.size == 0:
             return result
         z, q, wanted = depth[active], k[active], step[active]
-        floor = breaks[np.searchsorted(breaks, z * (1 - 1e-12)) - 1]
+        floor = breaks[np.searchsorted(breaks, z * (1 - ROUNDING)) - 1]
         left = z - floor
         # what is less than two steps is halved, so that no sliver is left before the next break
         d = np.where(wanted >= left, left, np.where(wanted > left / 2, left / 2, wanted))
@@ -146,7 +146,7 @@ def _integrate(
         shallow = q * decay.down_to(z - d)
         allowed = TOLERANCE * np.exp(np.minimum(2 * shallow, 18.0)) / (1 + shallow) ** 2
         good = error <= allowed
-        growth = 0.9 * (allowed / np.maximum(error, 1e-300)) ** 0.125
+        growth = 0.9 * (allowed / np.maximum(error, TINY)) ** 0.125
         step[active] = d * np.clip(growth, 0.2, 5.0)
         moved = active[good]
         depth[moved] = np.where(d[good] == left[good], floor[good], (z - d)[good])
@@ -169,7 +169,8 @@ def _runge_kutta(
     layer: GradedLayer, rates: Rates, y: Array, k: Array, z: Array, d: Array, scale: float
 ) -> tuple[Array, Array]:
     """One step of order 8 from z to z - d, and its relative error."""
-    rule, stages = scipy.integrate.DOP853, 12
+    rule = scipy.integrate.DOP853
+    stages = rule.n_stages
     coefficients = np.stack(over(scale, layer.plane_at(z - rule.C[:stages, None] * d))[:4], axis=1)
     t = k * d
     slopes = np.empty((stages + 1, *y.shape))

@@ -93,7 +93,7 @@ class Decay:
     def of(cls, body: object) -> Decay:
         """Rates of a body."""
         if isinstance(body, GradedLayer) and body.anisotropic:
-            depths = np.unique(np.concatenate([np.linspace(0.0, body.thickness, 2049), body.breaks]))
+            depths = body.sampled_depths
             slow, fast = rates_of(body.plane_at(depths))
             return cls(depths, slow, fast, scipy.integrate.cumulative_trapezoid(slow, depths, initial=0.0))
         ones, depths = np.ones(2), np.array([0.0, body.thickness if isinstance(body, AnyLayer) else np.inf])

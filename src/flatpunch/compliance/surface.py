@@ -14,14 +14,11 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.graded import graded_flexibility
+from flatpunch.compliance.graded import TOLERANCE, graded_flexibility
 from flatpunch.compliance.layered import SATURATION, half_space_flexibility, stack_flexibility
 from flatpunch.compliance.stack import Body, plane_at
 from flatpunch.media import AnyLayer, ElasticBase, GradedLayer, Interface, Medium, RigidBase
 from flatpunch.media.transverse import Plane
-
-_RTOL = 1e-12
-"""Relative error of a step in graded layers."""
 
 
 def surface_flexibility(body: Body, k: Array) -> tuple[Array, Array]:
@@ -84,7 +81,7 @@ def _through(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
 
 def _through_graded(layer: GradedLayer, w: Array, k: Array, slides: bool) -> Array:
     """From the lower face, or from the depth that a wave reaches, where the layer is its own half-space."""
-    samples = layer.plane_at(np.linspace(0.0, layer.thickness, 2049))
+    samples = layer.plane_at(layer.sampled_depths)
     # waves decay like exp(-k z sqrt(C66/C44))
     slowest = float(np.sqrt(samples.across * samples.shear).min())
     depth = np.minimum(layer.thickness, SATURATION / (k * slowest))
@@ -99,7 +96,7 @@ def _through_graded(layer: GradedLayer, w: Array, k: Array, slides: bool) -> Arr
         shear, across = plane.shear * impedance, plane.across / impedance
         return np.asarray(k * depth * np.where(inverse, across - shear * y * y, shear - across * y * y))
 
-    solved = scipy.integrate.solve_ivp(slope, (1.0, 0.0), state, method="DOP853", rtol=_RTOL, atol=1e-14)
+    solved = scipy.integrate.solve_ivp(slope, (1.0, 0.0), state, method="DOP853", rtol=TOLERANCE, atol=1e-14)
     y = solved.y[:, -1]
     return np.asarray(np.where(inverse, 1 / y, y) / impedance)
 

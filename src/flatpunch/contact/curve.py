@@ -18,6 +18,9 @@ ControlName = Literal["depth", "force", "radius"]
 NOTABLE_FORCE, NOTABLE_OUTLINE = 0.01, 0.05
 """Estimated errors of the force, and of the outline over the mean radius, above which a result has a note about them."""
 
+FEW_ANGLES = 8
+"""Polar angles of outlines that are of no interest."""
+
 FORCE_ERROR = 5e-4
 """Relative error of the force of the solutions that come with the package, and of `Refined` unless another is asked for."""
 

@@ -229,13 +229,7 @@ def _covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
 
 
 def method_of(method: object) -> Method:
-    """Return a method by its short name, or as it is.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For an unknown name, or a class in the place of its configuration.
-    """
+    """Return a method by its short name, or as it is; ValueError for unknown names, TypeError for a class."""
     if isinstance(method, Method):
         return method
     if isinstance(method, type) and method in METHODS.values():

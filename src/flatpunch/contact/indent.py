@@ -249,8 +249,9 @@ def pressure(
         Pressure [Pa], zero outside the contact, in the broadcast shape of x and y. At the apex of a sharp round tip it is
         infinite; closer to it than 1e-7 of the radius it is given as at that distance, and so is its error.
     error : ndarray
-        Estimated error of each value [Pa], if `return_error`: what cells twice as wide would change, and the difference to
-        boundary elements for "first-order".
+        Estimated error of each value [Pa], if `return_error`: what cells twice as wide change, by a second solution, at a given
+        radius of its depth too, and the difference to boundary elements for "first-order". Errors are larger within a cell of
+        edges, where the pressure is infinite, and beyond ends of the contact that are narrower than a cell.
 
     See Also
     --------

@@ -367,13 +367,21 @@ def _cell_pressure(
     phi: Array,
     cells: int | None = None,
 ) -> PressureField:
-    """Pressure by boundary elements; a mean radius is turned into the depth that `method` finds for it."""
+    """Pressure by boundary elements; a mean radius has the depth of `method`, whose error is the difference to half the cells."""
     if indenter.round:
         return _round_pressure(kernel, indenter, control, r)
+    ways: list[tuple[Control, int | None]] = [(control, cells)]
     if control.name == "radius":
-        depth = method.solve(kernel, indenter, control, np.zeros(1)).depth
-        control = Control("depth", depth)
-    return BoundaryElements(grid=cells).pressure(kernel, indenter, control, r, phi)
+        from flatpunch.bem.grid import SMALLEST
+        from flatpunch.contact.refined.method import CELLS
+
+        half = max((cells or CELLS) // 2, SMALLEST)
+        # an accuracy for which the solutions that come with the package are not used
+        independent = Refined(rtol=FORCE_ERROR / 2, cells=half)
+        depths = (way.solve(kernel, indenter, control, np.zeros(1)).depth for way in (method, independent))
+        ways = [(Control("depth", depth), n) for depth, n in zip(depths, (cells, half), strict=True)]
+    found, *other = (BoundaryElements(grid=n).pressure(kernel, indenter, at, r, phi) for at, n in ways)
+    return PressureField(found.pressure, found.error + sum(np.abs(found.pressure - each.pressure) for each in other))
 
 
 def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array) -> PressureField:

@@ -92,13 +92,7 @@ class Variables:
 
 
 def variables(medium: Body, indenter: Indenter, vary: Mapping[str, tuple[float, float]]) -> Variables:
-    """Read what is varied.
-
-    Raises
-    ------
-    ValueError, TypeError
-        For names that are not there, and bounds that are none or do not hold the present value.
-    """
+    """Read what is varied; an error for names that are not there, and bounds that are none or do not hold the present value."""
     # the annotation says so, callers need not follow it
     if not isinstance(vary, Mapping) or not vary:  # type: ignore[redundant-expr]
         raise TypeError(

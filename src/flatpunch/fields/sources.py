@@ -19,8 +19,9 @@ from flatpunch.fields.loads import DiscLoad, Load
 _ROUNDING = 1e-12
 """What rounding leaves of stresses, as a share of the scale of the pressure."""
 
-_CHECKED = 8
-"""Points at which round loads are calculated a second time, half of them those closest to the rim."""
+_CHECKED = 4
+"""Points at which round loads are calculated a second time: so many of those closest to the rim and to the middle of the load,
+of those with the largest stresses, and of all."""
 
 _FINEST = 64**2
 """Cells into which a prescribed pressure on fewer is cut: what layers add is that of a disc in the place of each."""
@@ -62,10 +63,11 @@ class RoundSource:
         """Stress, displacement and error at points of one body; the error as a share of the scale of the pressure."""
         x, y = x - self.center[0], y - self.center[1]
         stress, displacement = self._at(self.load, at, x, y, direction, REACH)
-        distance = np.hypot(np.hypot(x, y) - self.load.radius, at.depth)
-        nearest = np.argsort(distance, kind="stable")[: _CHECKED // 2]
-        spread = np.linspace(0, x.size - 1, _CHECKED // 2).astype(int)
-        some = np.unique(np.concatenate([nearest, spread]))
+        r = np.hypot(x, y)
+        orders = np.hypot(r - self.load.radius, at.depth), np.hypot(r, at.depth), -np.abs(stress).max(axis=0)
+        first = [np.argsort(each, kind="stable")[:_CHECKED] for each in orders]
+        spread = np.linspace(0, x.size - 1, _CHECKED).astype(int)
+        some = np.unique(np.concatenate([*first, spread]))
         part = replace(at, chosen=at.chosen[some], depth=at.depth[some], layer=at.layer[some])
         second = self.load if self.again is None else self.again()
         other = self._at(second, part, x[some], y[some], direction, SECOND_REACH)[0]

@@ -92,13 +92,7 @@ class RoughTable(Table):
 
 
 def read_rough_case(path: str | Path) -> RoughCase:
-    """Read and check a case file with a table [surface] or [asperities].
-
-    Raises
-    ------
-    CaseError
-        If the file is unreadable or describes no such case. All problems found are listed, one a line.
-    """
+    """Read and check a case file with a table [surface] or [asperities]; CaseError lists all problems, one a line."""
     path = as_path("path", path)
     data = parsed(case_text(path), path)
     if not {"surface", "asperities"} & set(data):

@@ -114,7 +114,9 @@ def to_si(value: object, dimension: Dimension) -> float:
     number, unit = match[1], match[2]
     if not unit:
         raise ValueError(f"has no unit; {remedy}.")
-    scale = _scale(unit, dimension, remedy)
+    scale = _scale(unit, dimension)
+    if isinstance(scale, str):
+        raise ValueError(f"{scale}; {remedy}.")
     try:
         # in decimal arithmetic "5 um" is 5e-6 to the last bit, as if it had been written so
         result = float(Decimal(number) * scale)
@@ -131,10 +133,11 @@ def decimal_point(value: str) -> str:
     return f"{found[1]}.{found[2]}" if found else ""
 
 
-def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
-    """SI value of one `unit`."""
+@functools.lru_cache(maxsize=1000)
+def _scale(unit: str, dimension: Dimension) -> Decimal | str:
+    """SI value of one `unit`, or what is wrong with it; kept, as each column of each file of a folder asks again."""
     if len(unit) > LONGEST // 2 or _POWERS.search(unit):
-        raise ValueError(f"has the unknown unit {shown(unit)}; {remedy}.")
+        return f"has the unknown unit {shown(unit)}"
     ureg = registry()
     target = ureg.parse_units(dimension.unit)
     try:
@@ -142,12 +145,12 @@ def _scale(unit: str, dimension: Dimension, remedy: str) -> Decimal:
         compatible = one.dimensionality == target.dimensionality
         size = ureg.Quantity(Decimal(1), one).to(target).magnitude if compatible else 0
     except _NO_UNIT:
-        raise ValueError(f"has the unknown unit {shown(unit)}{_suggestion(unit, dimension)}; {remedy}.") from None
+        return f"has the unknown unit {shown(unit)}{_suggestion(unit, dimension)}"
     # An angle has no dimension for pint, and a percentage or a plain ratio would pass for one.
     if compatible and dimension is ANGLE:
         compatible = bool(re.search("radian|degree|arc|turn|grad", str(one)))
     if not compatible:
-        raise ValueError(f"has {_dimension_name(one)}; {remedy}.")
+        return f"has {_dimension_name(one)}"
     return Decimal(size)
 
 

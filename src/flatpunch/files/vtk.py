@@ -22,19 +22,11 @@ _TENSOR = (("xx", "xy", "xz"), ("xy", "yy", "yz"), ("xz", "yz", "zz"))
 
 
 def vtk_bytes(result: xr.Dataset, kind: str) -> bytes:
-    """Return fields as the bytes of a file.
+    """Return what `fields` returned as the bytes of a file of a kind, ".vtu" or ".vts".
 
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `fields` returned.
-    kind : {".vtu", ".vts"}
-        Unstructured: lines, faces or bricks between the points of a grid, and a list of points as such. Structured: a grid.
-
-    Raises
-    ------
-    ValueError
-        If the result is no field, a structured file is asked for points that are no grid, or the library is not installed.
+    Unstructured files hold lines, faces or bricks between the points of a grid, and a list of points as such; structured ones a
+    grid. ValueError if the result is no field, a structured file is asked for points that are no grid, or the library is not
+    installed.
     """
     if not {"x", "y", "z", "stress", "displacement"} <= set(result.variables):
         raise ValueError(f"{kind} files hold fields, as `fields` returns them; this result has no stresses at points.")

@@ -9,7 +9,7 @@ from .fitting import fit, fit_ranges
 from .half_space.comparison import compare_formulas
 from .half_space.correction import Correction, correct
 from .measured.curve import Curve, CurveError
-from .measured.readers import read_curve
+from .measured.files.readers import read_curve
 from .parameters.priors import LogNormal, Normal, Uniform
 from .parameters.sample import Sample
 from .parameters.scaling import parameter_names

@@ -24,7 +24,7 @@ from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.many import plain_rows
 from flatpunch.fit.measured.curve import Curve, check_curves
-from flatpunch.fit.measured.readers import read_curve
+from flatpunch.fit.measured.files.readers import read_curve
 from flatpunch.fit.models import Model, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
@@ -261,19 +261,7 @@ def fit_rows(
     workers: int | None = None,
     records: Records | None = None,
 ) -> Iterator[list[Plain]]:
-    """Records of fits, chunk by chunk, in order.
-
-    Parameters
-    ----------
-    items : sequence of Curve or Place
-        As `listed` gives them.
-    sample, free, settings
-        The case.
-    reading, workers
-        As for `fit_batch`.
-    records : Records, optional
-        Where records are kept; those that are there are not made again.
-    """
+    """Records of fits, chunk by chunk, in order; those kept in `records` are not made again. See `fit_batch`."""
     model_of(sample, free, settings.method, settings.finite_strain)
     job = _Job(sample, free, settings, dict(reading or {}))
     if records is None:

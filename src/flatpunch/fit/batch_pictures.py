@@ -44,17 +44,7 @@ def bars(batch: Batch, name: str, axes: Axes) -> None:
 
 
 def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") -> Figure:
-    """Values of one parameter over a force map, or with their intervals in the order of the curves, beside their histogram.
-
-    Parameters
-    ----------
-    batch : Batch
-        The fits.
-    name : str
-        Column of the table.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """Values of one parameter over a force map, or with their intervals in the order of the curves, beside their histogram."""
     x, y = (np.asarray(batch.column(f"position {axis}"), dtype=float) for axis in ("x", "y"))
     placed = np.isfinite(x) & np.isfinite(y)
     with styled(style) as chosen:

@@ -28,7 +28,7 @@ from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
 from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.measured.curve import Curve
-from flatpunch.fit.measured.readers import read_curve
+from flatpunch.fit.measured.files.readers import read_curve
 from flatpunch.fit.models import check_free
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
@@ -292,13 +292,7 @@ def plan_of(case: FitCase) -> Plan | PlanScan:
 
 
 def read_measured(case: FitCase) -> list[Measured]:
-    """Read the curves of a joint fit; curves of the same name get their number.
-
-    Raises
-    ------
-    CurveError
-        If one cannot be read.
-    """
+    """Read the curves of a joint fit, CurveError if one cannot be read; curves of the same name get their number."""
     found: list[Measured] = []
     for entry in case.curves:
         reading = {**case.reading, **entry["reading"]}
@@ -310,24 +304,9 @@ def read_measured(case: FitCase) -> list[Measured]:
 
 
 def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]]:
-    """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio.
+    """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio, as `fit_ranges` does.
 
-    Parameters
-    ----------
-    curve : Curve
-        Measured curve.
-    case : FitCase
-        Its top layer's modulus must be free.
-
-    Returns
-    -------
-    layered, half_space : list of FitResult
-        As `fit_ranges` returns them; the modulus is "layers[0].young", and "base.young" of the half-space.
-
-    Raises
-    ------
-    ValueError
-        If that modulus is not fitted.
+    The modulus is "layers[0].young", which must be free, and "base.young" of the half-space.
     """
     if DRIFTING not in case.free:
         raise ValueError(f"--drift shows {DRIFTING}, which is not fitted in this case.")

@@ -267,14 +267,9 @@ def undetected_tilts(
 ) -> Array:
     """Covariance that tilts of the baselines add: for each a step to the minimum with a tilt, which the data do not ask for.
 
-    Parameters
-    ----------
-    normal : ndarray, shape (p, p)
-        Normal matrix of the fit.
-    curves : iterable of (objective, x, places, noise)
-        Problem and minimum of each curve, where in the fit its parameters are, and the noise that the fit divides by.
-    loss : str
-        Of the fit: outliers move a tilt as little as the other unknowns.
+    `normal` is the normal matrix of the fit, shape (p, p). Each curve has its problem and minimum x, the places of its
+    parameters in the fit, and the noise that the fit divides by. By `loss` outliers move a tilt as little as the other
+    unknowns.
     """
     added, inverse = np.zeros_like(normal), covariance(normal, np.ones(len(normal), dtype=bool), 1.0)[0]
     for objective, x, places, noise in curves:
@@ -316,15 +311,7 @@ def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings:
 
 
 def setup_of(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:
-    """Least-squares problem of a curve and a model.
-
-    Raises
-    ------
-    CurveError
-        If the curve cannot be evaluated.
-    ValueError
-        If the segment asked for does not go with the model.
-    """
+    """Least-squares problem of a curve and a model; ValueError for a segment that does not go with the model."""
     if isinstance(model, AdhesiveModel):
         if settings.segment == "approach":
             raise ValueError("segment = 'approach' does not go with work_of_adhesion; it is 'retract' or 'both'.")

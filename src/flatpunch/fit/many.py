@@ -27,14 +27,7 @@ from flatpunch.fit.report.findings import doubts
 def plain_rows(
     curves: Sequence[Curve], model: ForwardModel, free: Mapping[str, Free], settings: Settings
 ) -> list[Plain | None]:
-    """Rows as of `FitResult.row`; None for curves that must be fitted one by one.
-
-    Parameters
-    ----------
-    curves : sequence of Curve
-    model, free, settings
-        A case for which `flatpunch.fit.elastic.many.supported` holds.
-    """
+    """Rows as of `FitResult.row`, of a case that `elastic.many` supports; None for curves that must be fitted one by one."""
     limits, approaches = bounds(model, free), [plain(curve) for curve in curves]
     level = replace(settings, baseline="constant") if settings.baseline == "auto" else settings
     problems = {

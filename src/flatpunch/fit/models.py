@@ -27,19 +27,7 @@ Model = ForwardModel | AdhesiveModel | HistoryModel
 def model_of(
     sample: Sample, free: Mapping[str, Free], method: FitMethod, finite_strain: FiniteStrain | None = None
 ) -> Model:
-    """The forward model of a case, kept for the next curve.
-
-    Parameters
-    ----------
-    sample : Sample
-        The case.
-    free : mapping of str to Free
-        What is fitted, with starting values that differ from the case's.
-    method : str or method
-        Contact method.
-    finite_strain : str, optional
-        Law of the correction for large strains.
-    """
+    """The forward model of a case, kept for the next curve; starting values in `free` differ from those of the sample."""
     if finite_strain is not None and (sample.work_of_adhesion, sample.relaxation) != (None, None):
         raise ValueError("finite_strain does not go with work_of_adhesion and relaxation; leave one of them out.")
     for name in free:
@@ -76,13 +64,7 @@ def _made(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strai
 
 
 def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
-    """Refuse limits that a start does not lie between, without making a model.
-
-    Raises
-    ------
-    ValueError
-        Which, and what they are.
-    """
+    """Refuse limits that a start does not lie between, without making a model."""
     for name, what in free.items():
         _between(name, what.start if what.start is not None else sample.value(name), what)
 

@@ -113,17 +113,7 @@ def plot_fit(
 
 
 def fit_figure(result: FitResult, *, ridge: bool | None = None, style: StyleName | str = "screen") -> Figure:
-    """Curve with fit, residuals, and, where two parameters are hardly distinguished, their ridge.
-
-    Parameters
-    ----------
-    result : FitResult
-        The fit.
-    ridge : bool, optional
-        Whether to draw the ridge of the two most correlated free parameters; where the notes complain if left out.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """Curve with fit, residuals, and the ridge of the two most correlated free parameters, by default where they are a note."""
     pair = most_tangled(result)
     wanted = pair is not None and (ridge if ridge is not None else _complains(result))
     with styled(style) as chosen:
@@ -221,15 +211,7 @@ def _residuals(result: FitResult, axes: Axes, label: str | None = None) -> None:
 
 
 def together_figure(result: JointResult, *, style: StyleName | str = "screen") -> Figure:
-    """Curves of a joint fit, force over depth, and below their residuals over their noise.
-
-    Parameters
-    ----------
-    result : JointResult
-        The fit.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """Curves of a joint fit, force over depth, and below their residuals over their noise."""
     import matplotlib
 
     with styled(style) as chosen:
@@ -307,17 +289,7 @@ def drift_figure(
     *,
     style: StyleName | str = "screen",
 ) -> Figure:
-    """One parameter over the largest fitted depth, with intervals; another model's beside it.
-
-    Parameters
-    ----------
-    results, beside : sequence of FitResult
-        Fits of the same curve up to several depths, of the layered model and of another one (a half-space, usually).
-    name, beside_name : str
-        The parameter in either.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """One parameter over the largest fitted depth, with intervals; another model's, usually a half-space, beside it."""
     with styled(style) as chosen:
         figure = Figure(figsize=sheet(chosen), layout="constrained")
         axes = figure.add_subplot()
@@ -344,15 +316,7 @@ def drift_figure(
 
 
 def film_figure(result: FilmResult, *, style: StyleName | str = "screen") -> Figure:
-    """Apparent modulus over contact depth: measured, fitted, film, substrate, and what published formulas give for the film.
-
-    Parameters
-    ----------
-    result : FilmResult
-        The fit.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """Apparent modulus over contact depth: measured, fitted, film, substrate, and what published formulas give for the film."""
     with styled(style) as chosen:
         figure = Figure(figsize=sheet(chosen), layout="constrained")
         _film(result, figure.add_subplot())

@@ -13,8 +13,8 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import as_path
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.readers import AFM, EXCEL, TEXT, curves_in
-from flatpunch.fit.measured.unpacked import by_number
+from flatpunch.fit.measured.files.readers import AFM, EXCEL, TEXT, curves_in
+from flatpunch.fit.measured.files.unpacked import by_number
 from flatpunch.parallel.keys import content_key
 
 
@@ -90,15 +90,7 @@ def _levels(values: Array) -> Indices:
 
 
 def digests(items: Sequence[Curve | Place], case: str) -> Iterator[str | None]:
-    """Digest of each curve together with the case; None for a file that cannot be read.
-
-    Parameters
-    ----------
-    items : sequence of Curve or Place
-        As `listed` gives them.
-    case : str
-        Digest of everything else that determines the outcome.
-    """
+    """Digest of each curve with that of the case; None for a file that cannot be read."""
     path, digest = None, None
     for item in items:
         if isinstance(item, Curve):

@@ -17,7 +17,7 @@ from scipy.interpolate import make_interp_spline
 from flatpunch._support.checks import TINY, Array, positive, shown, whole
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact.curve import Control
+from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.indent import indent
 from flatpunch.contact.methods import FirstOrder
 from flatpunch.fit.adhesion.model import AdhesiveModel
@@ -279,7 +279,7 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
     units = np.array([slope(name, sample.value(name)) for name in names])
     relative = np.array([each.force * units / each.contact.force for each in found])
     method = method_for(sample.indenter, settings.method)
-    forces = indent(sample.medium, sample.indenter, depth=nodes, method=method, angles=8)["force"].values
+    forces = indent(sample.medium, sample.indenter, depth=nodes, method=method, angles=FEW_ANGLES)["force"].values
     spline = make_interp_spline(np.log(nodes), np.column_stack([np.log(forces), relative]), k=5)
     # below the first node, a thousandth of the depth, the curve is a power law
     at = np.log(np.maximum(readings[inside], nodes[0]))

@@ -72,17 +72,7 @@ def plot_posterior(posterior: Posterior, name: str, second: str | None = None, a
 def posterior_figure(
     posterior: Posterior, names: Sequence[str] | None = None, *, style: StyleName | str = "screen"
 ) -> Figure:
-    """Corner picture: each parameter along the diagonal, each pair below it.
-
-    Parameters
-    ----------
-    posterior : Posterior
-        What `FitResult.posterior` returned.
-    names : sequence of str, optional
-        Parameters, all by default.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """Corner picture: each parameter along the diagonal, each pair below it."""
     wanted = tuple(posterior.names if names is None else names)
     count = len(wanted)
     with styled(style) as chosen:

@@ -58,15 +58,7 @@ class Reading:
 
 
 def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
-    """Find what a fit would find before it searches.
-
-    Parameters
-    ----------
-    curve : Curve
-        As measured.
-    case : FitCase, optional
-        Medium, tip and settings of the fit; a paraboloid on a half-space by default, which is enough to find the contact.
-    """
+    """Find what a fit would find before it searches; by default with a paraboloid on a half-space, enough for the contact."""
     sample = Sample(HalfSpace(1e3, 0.5), Paraboloid(1e-6)) if case is None else case.sample
     free = as_free(["base.young"]) if case is None else case.free
     settings = Settings() if case is None else case.settings
@@ -105,7 +97,7 @@ def _about(setup: Setup, found: Approach, assumed: str) -> list[str]:
         baseline,
         f"contact: begins at {text(found.turned * start['contact'], 'm')} of the tip's position{assumed}",
         f"{fitted}, {out} of the fitted part left out" if out else fitted,
-        *setup.notes,
+        *(note for note in setup.notes if note not in found.found),
     ]
 
 
@@ -166,15 +158,7 @@ def plot_measured(curve: Curve, case: FitCase | None = None, axes: Axes | None =
 
 
 def measured_figure(curve: Curve, case: FitCase | None = None, *, style: StyleName | str = "screen") -> Figure:
-    """Picture of a curve as it was read.
-
-    Parameters
-    ----------
-    curve, case
-        As for `plot_measured`.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """Picture of a curve as it was read, see `plot_measured`."""
     with styled(style) as chosen:
         figure = Figure(figsize=sheet(chosen), layout="constrained")
         plot_measured(curve, case, figure.add_subplot())

@@ -104,13 +104,7 @@ def _whole(file: Path) -> dict[str, Plain]:
 def keys_of(
     items: Sequence[Curve | Place], sample: Sample, free: Mapping[str, Free], settings: Settings, reading: Plain
 ) -> list[str | None]:
-    """Digest of each item with the case and the version of the package.
-
-    Raises
-    ------
-    TypeError
-        If the case holds something whose content cannot be read, such as a function.
-    """
+    """Digest of each item with the case and the version of the package; TypeError for functions and other unreadable content."""
     try:
         case = content_key(__version__, sample, dict(free), settings, dict(reading))
     except TypeError as error:

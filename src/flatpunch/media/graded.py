@@ -94,7 +94,12 @@ class GradedLayer:
             unit = "1" if name.startswith("poisson") else "Pa"
             law = _as_law(f"GradedLayer.{name}", getattr(self, name), self.thickness, unit)
             object.__setattr__(self, name, law)
-        self._check_range(np.unique(np.concatenate([np.linspace(0.0, self.thickness, 2049), self.breaks])))
+        self._check_range(self.sampled_depths)
+
+    @property
+    def sampled_depths(self) -> Array:
+        """Depths over the whole layer, with those of its kinks, at which ranges of its moduli are sought [m]."""
+        return np.unique(np.concatenate([np.linspace(0.0, self.thickness, 2049), self.breaks]))
 
     @property
     def anisotropic(self) -> bool:

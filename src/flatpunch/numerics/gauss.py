@@ -13,11 +13,6 @@ def gauss(nodes: int = 24) -> tuple[Array, Array]:
     """Points on [-1, 1] and weights of Gauss-Legendre quadrature, shape (nodes,); read-only, as they are kept.
 
     24 leave 1e-10 of functions that vary over the panel, and singular beside it; half as many 1e-6, twice as many cost time.
-
-    Raises
-    ------
-    ValueError
-        If there are so many that sums over them take minutes and gigabytes.
     """
     if nodes > 10_000:
         raise ValueError(

@@ -13,16 +13,10 @@ from flatpunch.numerics.piecewise import PiecewiseChebyshev, Plain, Root, Variab
 def log_table(
     sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = ()
 ) -> PiecewiseChebyshev:
-    """A vector function of x = ln a.
+    """A vector function of x = ln a, from values (n, outputs) at radii a (n,) [m].
 
-    Parameters
-    ----------
-    sample : callable
-        Radii a, shape (n,) [m] -> values, shape (n, outputs).
-    reach : float
-        Largest radius [m]; none beyond it is sampled.
-    kinks : tuple of float
-        Radii [m] at which the function has kinks, and beyond which it is a series in the root of the distance.
+    No radius beyond `reach` [m] is sampled. At `kinks` [m] the function has kinks, beyond which it is a series in the root of
+    the distance.
     """
     end, cuts = float(np.log(reach)), np.log(kinks) if kinks else np.empty(0)
 

@@ -15,22 +15,10 @@ import numpy as np
 
 
 def content_key(*things: object) -> str:
-    """Return the same text for the same content, in every process and on every machine.
+    """Return the same 32 hexadecimal digits for the same content, in every process and on every machine.
 
-    Parameters
-    ----------
-    *things : object
-        None, numbers, texts, bytes, arrays, paths, dataclasses, and tuples, lists and mappings of them.
-
-    Returns
-    -------
-    str
-        32 hexadecimal digits.
-
-    Raises
-    ------
-    TypeError
-        For an object whose content cannot be read.
+    Content is None, numbers, texts, bytes, arrays, paths, dataclasses, and tuples, lists and mappings of them; TypeError for
+    all else.
     """
     digest = hashlib.sha256()
     for piece in _pieces(things):

@@ -27,15 +27,7 @@ _APPROACH, _WITHDRAWAL, _EQUILIBRIA = BLUE, ORANGE, GREY
 
 
 def loop_of(result: xr.Dataset, medium: Body, indenter: Indenter) -> xr.Dataset | None:
-    """Return the loop that belongs to a curve of `indent` with adhesion; None if it nowhere presses.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `indent` returned.
-    medium, indenter : object
-        What it was solved for.
-    """
+    """Return the loop that belongs to a curve of `indent` with adhesion; None if it nowhere presses."""
     by_force = result.attrs["control"] == "force"
     most = float(np.nanmax(result["force" if by_force else "depth"].values))
     if not most > 0:
@@ -47,17 +39,7 @@ def loop_of(result: xr.Dataset, medium: Body, indenter: Indenter) -> xr.Dataset 
 
 
 def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None) -> Axes:
-    """Draw a loop of approach and withdrawal; its area is the energy lost.
-
-    Parameters
-    ----------
-    cycle : xarray.Dataset
-        What `adhesion_loop` returned.
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    equilibria : xarray.Dataset, optional
-        Curve of `indent` along radii, drawn beneath: the unstable equilibria too.
-    """
+    """Draw a loop of `adhesion_loop`, whose area is the energy lost; unstable equilibria, of `indent` along radii, beneath."""
     depth, force = cycle["depth"].values, cycle["force"].values
     (by_depth, depth_unit), (by_force, force_unit) = scale_of(depth, "m"), scale_of(force, "N")
     back = cycle["branch"].values == 1
@@ -108,19 +90,7 @@ def _mark(jump: Plain, axes: Axes, of_depth: tuple[float, str], of_force: tuple[
 
 
 def figure(result: xr.Dataset, medium: Body, indenter: Indenter, style: Style, *, title: str = "") -> Figure:
-    """Return loop, outline and (of round tips) pressure map side by side; the last two at the largest contact.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `indent` returned, with adhesion.
-    medium, indenter : object
-        What it was solved for.
-    style : Style
-        Sizes.
-    title : str
-        Heading over all three.
-    """
+    """Return loop, outline and (of round tips) pressure map side by side; the last two at the largest contact."""
     # adhesive pressure is known under round tips only
     drawn, (left, middle, *right) = panels(style, 3 if indenter.round else 2, title=title)
     cycle = loop_of(result, medium, indenter)

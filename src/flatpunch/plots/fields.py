@@ -194,20 +194,10 @@ def _faces(medium: Body | None) -> Array:
 def axis_stresses(
     medium: Body, indenter: Indenter, axes: Axes, *, deepest: float, scale: float | None = None, **contact: Any
 ) -> Axes:
-    """Draw s_xx and s_zz along the axis, layer by layer, so that jumps at interfaces show.
+    """Draw s_xx and s_zz along the axis to a depth [m], layer by layer, so that jumps at interfaces show.
 
-    Parameters
-    ----------
-    medium, indenter : object
-        As for `fields`.
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    deepest : float
-        Depth down to which it is drawn [m].
-    scale : float, optional
-        Length that chooses the unit of the axis [m]; by default that depth.
-    **contact
-        Depth, force or radius, friction, residual_stress and so on, as for `fields`.
+    `scale` is the length that chooses the unit of the axis [m], by default that depth; `contact` has further arguments of
+    `fields`.
     """
     faces = _faces(medium)
     body = underlying(medium)
@@ -241,16 +231,9 @@ def axis_stresses(
 def interface_tractions(
     medium: Body, indenter: Indenter, axes: Axes, *, reach: float, scale: float | None = None, **contact: Any
 ) -> Axes:
-    """Draw normal and shear traction at every interface along x.
+    """Draw normal and shear traction at every interface along x up to `reach` [m], on both sides unless they are alike.
 
-    Parameters
-    ----------
-    medium, indenter, axes, **contact
-        As for `axis_stresses`.
-    reach : float
-        Largest distance from the axis that is drawn [m], on both sides unless they are alike.
-    scale : float, optional
-        Length that chooses the unit of the axis [m]; by default that distance.
+    Other arguments as for `axis_stresses`.
     """
     contact = {key: value for key, value in contact.items() if key != "side"}
     alike = getattr(indenter, "round", False) and not contact.get("friction")

@@ -16,15 +16,7 @@ _FORCE, _DEPTH, _RADIUS, _INVALID = BLUE, ORANGE, GREEN, GREY
 
 
 def over_time(result: xr.Dataset, axes: Axes) -> Axes:
-    """Draw force and depth over time; the depth gets a second axis on the right.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `indent` returned for a history.
-    axes : matplotlib.axes.Axes
-        Where to draw.
-    """
+    """Draw force and depth of a history over time; the depth gets a second axis on the right."""
     time, time_label = _quantity(result, "time", "time $t$", "s")
     force, force_label = _quantity(result, "force", "normal force $F$", "N")
     depth, depth_label = _quantity(result, "depth", "indentation depth $d$", "m")
@@ -70,19 +62,7 @@ def radius_over_time(result: xr.Dataset, axes: Axes) -> Axes:
 
 
 def figure(result: xr.Dataset, indenter: Indenter, style: Style, *, title: str = "") -> Figure:
-    """Return the three pictures side by side; of tips that are not round the largest outline instead of the radius.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `indent` returned for a history.
-    indenter : object
-        What it was solved for.
-    style : Style
-        Sizes.
-    title : str
-        Heading over all three.
-    """
+    """Return the three pictures side by side; of tips that are not round the largest outline instead of the radius."""
     drawn, (left, middle, right) = panels(style, 3, title=title)
     over_time(result, left)
     force_over_depth(result, middle)

@@ -97,24 +97,7 @@ def plot_tip(
 def indenter_figure(
     indenter: Indenter, *, extent: float | None = None, title: str = "", style: StyleName | str = "screen"
 ) -> Figure:
-    """Draw an indenter: surface, level lines, and sections.
-
-    Parameters
-    ----------
-    indenter : Indenter
-        The tip.
-    extent : float, optional
-        Half the width of the pictures [m]; as for `plot_tip`.
-    title : str
-        Title of the figure; the name of the shape by default.
-    style : "screen", "one-column" or "two-columns"
-        Side by side, or sizes and fonts for one or two columns of a journal.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Save it with `flatpunch.plots.result.save_figure`.
-    """
+    """Draw an indenter: surface, level lines, and sections, see `plot_tip`; titled by its shape unless a title is given."""
     half = _half(indenter, extent)
     with styled(style) as chosen:
         drawn, (first, second, third) = panels(chosen, 3, title=title or _name(indenter))

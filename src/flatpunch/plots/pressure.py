@@ -73,21 +73,24 @@ def plot_pressure(
     half = half_width(result, indenter, last)
     factor, unit = scale_of([half], "m")
     contour, phi = outlines(result)[last], result["phi"].values
-    x, y = _mesh(contour, phi, indenter) if np.isfinite(contour).all() else _square(half)
+    outlined = bool(np.isfinite(contour).all())
+    x, y = _mesh(contour, phi, indenter) if outlined else _square(half)
+    # all rays of a round contact are alike
+    rays = slice(1) if outlined and indenter.round else slice(None)
     # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
     control: dict[str, float] = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
     work = result.attrs.get("work_of_adhesion")
     field, error = pressure(
         medium,
         indenter,
-        x,
-        y,
+        x[:, rays],
+        y[:, rays],
         method=result.attrs["method"],
         work_of_adhesion=work,
         return_error=True,
         **control,
     )
-    _draw(axes, x * factor, y * factor, field, tension=work is not None)
+    _draw(axes, x * factor, y * factor, np.broadcast_to(field, x.shape), tension=work is not None)
     axes.plot(*closed(contour, phi, factor), color="black", linewidth=THIN)
     framed(axes, half * factor, unit)
     force = plain(float(result["force"].values[last]), "N")

@@ -26,25 +26,9 @@ from flatpunch.plots.style import StyleName, panels, styled
 def figure(
     result: xr.Dataset, medium: Body, indenter: Indenter, *, title: str = "", style: StyleName | str = "screen"
 ) -> Figure:
-    """Return force-depth curve, outline and pressure map, and the modulus over depth of graded bodies.
+    """Return force-depth curve, outline and pressure map, and the modulus over depth of graded bodies, side by side on a screen.
 
     Adhesive contacts get the loop of approach and withdrawal, histories force and depth over time instead.
-
-    Parameters
-    ----------
-    result : xarray.Dataset
-        What `indent` returned.
-    medium, indenter : object
-        What it was solved for.
-    title : str
-        Heading over all of them.
-    style : "screen", "one-column" or "two-columns"
-        Side by side, or sizes and fonts for one or two columns of a journal.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Save it with `save_figure`, or with its own `savefig`.
     """
     with styled(style) as chosen:
         if "relaxation" in result.attrs:

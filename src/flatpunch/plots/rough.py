@@ -94,19 +94,7 @@ def rough_figure(
     title: str = "",
     style: StyleName | str = "screen",
 ) -> Figure:
-    """Return area over pressure, and pressure, gap and patch sizes of one step with fields.
-
-    Parameters
-    ----------
-    contact : xarray.Dataset
-        All steps.
-    last : xarray.Dataset
-        One step with its fields.
-    theories : xarray.Dataset, optional
-        What `rough_theories` returned for all steps.
-    title, style
-        As for `flatpunch.plots.result.figure`.
-    """
+    """Return area over pressure of all steps, with theories, and pressure, gap and patch sizes of one step with fields."""
     with styled(style) as chosen:
         drawn, (first, second, third, fourth) = panels(chosen, 4, title=title)
         plot_rough(contact, first, theories=theories)

@@ -112,13 +112,7 @@ STYLES: dict[StyleName, Style] = {
 
 
 def style_of(name: str) -> Style:
-    """Return a style by its name.
-
-    Raises
-    ------
-    ValueError
-        If there is none of that name.
-    """
+    """Return a style by its name; ValueError if there is none."""
     for known, style in STYLES.items():
         if name == known:
             return style

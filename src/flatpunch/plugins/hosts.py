@@ -37,19 +37,7 @@ HOSTS = {
 
 
 def write_plugin(host: str, path: str | Path, case: FitCase | None = None, **options: Any) -> Path:
-    """Write the file of a host.
-
-    Parameters
-    ----------
-    host : str
-        A key of `HOSTS`.
-    path : path
-        Target, a Python module.
-    case : FitCase, optional
-        Medium, tip and method of the files that carry one.
-    **options
-        Of `write_slippy_material`: depths, spacing, cells.
-    """
+    """Write the Python module of a host of `HOSTS`, with a case where it takes one and options of `write_slippy_material`."""
     one_of("HOST", host, tuple(HOSTS), "`flatpunch plugin list` describes them.")
     path = module_path(path, f"flatpunch_{host}.py")
     if HOSTS[host].case != (case is not None):

@@ -14,12 +14,13 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch._support.threads import in_threads
 from flatpunch.compliance import Kernel
+from flatpunch.compliance.layered import SATURATION
 from flatpunch.punch.basis import RELATIVE, half_space_diagonal
 from flatpunch.punch.graded import graded_round, graded_terms
 from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start
 
 RESOLVED = 300.0
-"""Largest effective beta, cutoff beta/25, for which the terms suffice for edge and pressure at 1e-10."""
+"""Largest effective beta, cutoff beta/SATURATION, for which the terms suffice for edge and pressure at 1e-10."""
 
 
 LARGEST = 2e5
@@ -34,7 +35,7 @@ def effective_beta(kernel: Kernel, beta: float) -> float:
     if kernel.graded:
         # no table grows with beta here; up to 1.2e4 lengths are let through, their error is reported
         return 0.025 * beta
-    return beta * kernel.cutoff / 25.0
+    return beta * kernel.cutoff / SATURATION
 
 
 def largest_beta(kernel: Kernel) -> float:

@@ -106,15 +106,7 @@ def above_orders(parity: int, terms: int) -> float:
 
 @byte_cached
 def split_table(parity: int, terms: int, first: int, doublings: int) -> BesselTable:
-    """Quadrature on (0, inf) whose panels reach 2^doublings (start + WINDOW) or further; one in 1/x follows.
-
-    Parameters
-    ----------
-    parity, terms, first : int
-        As in `bessel_table`.
-    doublings : int
-        Reach of the panels in x beyond the window, as a power of 2.
-    """
+    """Quadrature on (0, inf) whose panels reach 2^doublings (start + WINDOW) or further; one in 1/x follows."""
     start = window_start(parity, terms)
     end = start + WINDOW
     highest = parity + 2 * terms

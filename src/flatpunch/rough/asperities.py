@@ -29,7 +29,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.special import gamma
 
 from flatpunch._support.ceilings import OUTLINES
-from flatpunch._support.checks import Array, Flags, Values, numbers, refused_overflow, shown, values
+from flatpunch._support.checks import ROUNDING, Array, Flags, Values, numbers, refused_overflow, shown, values
 from flatpunch._support.record import record
 from flatpunch._version import __version__
 from flatpunch.bem.operator.influence import power_exponent
@@ -273,7 +273,7 @@ class _Group:
                 rise = missing / slope if slope > 0 else float(-depths.max()) + deepest / 2
                 change = steps[:, 0] + rise * steps[:, 1]
             depths, depth = depths + change, depth + rise
-            if max(np.abs(change).max(), abs(rise)) <= 1e-12 * deepest:
+            if max(np.abs(change).max(), abs(rise)) <= ROUNDING * deepest:
                 break
         else:
             return depths, depth, np.nan, False

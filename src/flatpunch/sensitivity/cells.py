@@ -20,7 +20,7 @@ from flatpunch._support.paths import Plain
 from flatpunch.bem.height import IndenterHeight
 from flatpunch.bem.solution import reaches_end
 from flatpunch.compliance import Kernel
-from flatpunch.contact.curve import Control
+from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.methods import BoundaryElements
 from flatpunch.indenters.geometry.flat_end import beside_flat_end
 from flatpunch.indenters.profile import Indenter, is_rising
@@ -62,7 +62,7 @@ by 2e-5, and cells that join the contact leave about as much."""
 def cell_contact(kernel: Kernel, indenter: Indenter, control: Control, method: BoundaryElements) -> CellContact:
     """Solve one contact on cells, and the flat punch under it."""
     solution = _solved(kernel, indenter, method, **{"depths" if control.name == "depth" else "forces": control.values})
-    flat = bem.solve_punch(kernel, solution.contact, solution.grid, **_accuracy(method), angles=8)
+    flat = bem.solve_punch(kernel, solution.contact, solution.grid, **_accuracy(method), angles=FEW_ANGLES)
     pressure = np.asarray(flat.pressure) * solution.contact
     if isinstance(method.grid, bem.Grid):
         # cells that stay while the contact grows join it one by one: forces scatter more than the punch is off

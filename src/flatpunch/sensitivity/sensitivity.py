@@ -132,13 +132,7 @@ def _with_spectra(medium: Body, indenter: Indenter, found: list[Gradient]) -> li
 
 
 def derivable(method: Method | MethodName | None, indenter: Indenter) -> Method:
-    """The method whose derivatives are taken.
-
-    Raises
-    ------
-    ValueError
-        If it has none under such tips.
-    """
+    """The method whose derivatives are taken; ValueError if it has none under such tips."""
     if method is None:
         return Exact() if indenter.round else BoundaryElements()
     chosen = method_of(method)

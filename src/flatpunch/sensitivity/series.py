@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import TINY, Array
 from flatpunch._support.paths import Plain
-from flatpunch.contact.curve import Control, percent
+from flatpunch.contact.curve import FEW_ANGLES, Control, percent
 from flatpunch.contact.indent import indent
 from flatpunch.contact.methods import FourthOrder, SecondOrder
 from flatpunch.indenters.profile import Indenter
@@ -59,11 +59,11 @@ def series_contacts(
 ) -> SeriesContacts:
     """Solve a curve and differentiate it at fixed depths."""
     given: Plain = {control.name: control.values}
-    curve = indent(medium, indenter, method=method, angles=8, **given)
+    curve = indent(medium, indenter, method=method, angles=FEW_ANGLES, **given)
     depth = curve["depth"].values
 
     def at(medium_: Body, indenter_: Indenter, scale: float = 1.0) -> Array:
-        found = indent(medium_, indenter_, depth=scale * depth, method=method, angles=8)
+        found = indent(medium_, indenter_, depth=scale * depth, method=method, angles=FEW_ANGLES)
         return np.array([found[name].values for name in ("force", "stiffness", "radius")])
 
     force, stiffness, radius = (curve[name].values for name in ("force", "stiffness", "radius"))
@@ -95,7 +95,7 @@ def _notes(curve: xr.Dataset, method: Series, wanted: list[Parameter], slopes: A
     ]
     if wanted:
         unit = np.array([abs(each.value) or 1.0 for each in wanted])[:, None]
-        share = (errors * unit).max() / max(float(np.abs(slopes * unit).max()), 1e-300)
+        share = (errors * unit).max() / max(float(np.abs(slopes * unit).max()), TINY)
         if share > 1e-6:
             notes.append(
                 f"By differences, derivatives are known to {share:.1g} of the largest: a kink of the tip is near."

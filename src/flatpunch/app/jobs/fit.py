@@ -29,7 +29,7 @@ from flatpunch.fit.describe import describe_fit
 from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
+from flatpunch.fit.measured.files.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
 from flatpunch.fit.models import forget_models
 from flatpunch.fit.places import listed, on_grid
 from flatpunch.fit.reading import reading_of

@@ -213,20 +213,10 @@ def _block(length: int) -> int:
 def build_operator(
     kernel: Kernel, grid: Grid, *, xp: Namespace = np, coefficients: Array | None = None, solving: bool = True
 ) -> Operator:
-    """Transform of the influence coefficients and of the approximate inverse on a grid.
+    """Transform of the influence coefficients and, for solving, of the approximate inverse on a grid.
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium.
-    grid : Grid
-        The grid; folded ones only with NumPy, the standard has no cosine transforms.
-    xp : module
-        Array namespace (array API standard with its fft extension) that holds the arrays and does the work.
-    coefficients : ndarray, optional
-        Those of `coefficients_for`, where they are known already.
-    solving : bool
-        Whether the operator is to solve with: else it has no approximate inverse.
+    `xp` is an array namespace (array API standard with its fft extension); folded grids need NumPy, the standard has no cosine
+    transforms. `coefficients` are those of `coefficients_for`, where they are known already.
     """
     ny, nx = grid.shape
     threads = allowed_threads() if nx * ny >= THREADED else 1

@@ -22,6 +22,7 @@ from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.bem.operator.radial import CellTable, remainder_table
 from flatpunch.compliance import Kernel
+from flatpunch.compliance.layered import SATURATION
 from flatpunch.numerics.gauss import gauss
 
 _NEAR = 24.0
@@ -108,7 +109,7 @@ def near_block(kernel: Kernel, spacing: float) -> Array:
 
 def near_cells(kernel: Kernel, spacing: float) -> float:
     """Distance in cells within which the remainder is integrated cell by cell; -1 when it is smooth everywhere."""
-    smooth = 2 * kernel.length * 25.0 / max(kernel.cutoff, 25.0)
+    smooth = 2 * kernel.length * SATURATION / max(kernel.cutoff, SATURATION)
     return -1.0 if kernel.tail == 0.0 and smooth > _NEAR * spacing else _NEAR
 
 

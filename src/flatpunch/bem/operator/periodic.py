@@ -35,22 +35,10 @@ from flatpunch.numerics.gauss import gauss
 
 
 def periodic_operator(kernel: Kernel, grid: Grid, periodic: tuple[bool, bool], uniform: float) -> Operator:
-    """Operator on a grid that repeats along x, y or both.
+    """Operator on a grid, not folded, that repeats along x, y or both; in free space see `build_operator`.
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium.
-    grid : Grid
-        One period; not folded.
-    periodic : (bool, bool)
-        Whether it repeats along x and y, one of them at least.
-    uniform : float
-        C(0) [m/Pa], finite. Where one axis ends it only says by being positive or not whether line loads sink without limit.
-
-    See Also
-    --------
-    flatpunch.bem.operator.convolution.build_operator : Free space.
+    `uniform` is C(0) [m/Pa], finite. Where one axis ends it only says by being positive or not whether line loads sink without
+    limit.
     """
     shape = tuple(
         n if repeats else m for n, m, repeats in zip(grid.shape, padded_shape(grid), periodic[::-1], strict=True)

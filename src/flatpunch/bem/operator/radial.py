@@ -101,17 +101,10 @@ class CellTable:
 
 
 def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0.0) -> RadialTable:
-    """Table of R(r) [1/m] between two radii.
+    """Table of R(r) [1/m] between two radii [m], of a compliance with a length of its own.
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance with a length of its own.
-    r_low, r_high : float
-        Range of radii [m].
-    cell : float
-        If positive: the average of R over a square cell of this side [m] about r, without its part that varies as
-        cos(4 phi) and higher.
+    With `cell` > 0 it is the average of R over a square cell of this side [m] about r, without its part that varies as cos(4
+    phi) and higher.
     """
     length = kernel.length
     first, last = int(np.floor(np.log(r_low) / STEP)) - 3, int(np.ceil(np.log(r_high) / STEP)) + 3

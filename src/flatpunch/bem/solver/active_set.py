@@ -107,26 +107,12 @@ def solve_contact(
     tolerance: float = 1e-8,
     limit: int = 1000,
 ) -> State:
-    """Contact of one indenter at one depth, or near it where a force is aimed at.
+    """Contact of one indenter at one depth [cells] > 0, or near it where a force is aimed at.
 
-    Parameters
-    ----------
-    operator : Operator
-        Displacement from pressure.
-    height : array, shape (ny, nx)
-        Gap at first touch [cells]; infinite where the indenter has no surface.
-    depth : float
-        Indentation depth [cells], > 0.
-    start : array, shape (ny, nx), optional
-        Pressure to begin with.
-    inner : Operator, optional
-        The operator in single precision; by default made here.
-    aim : Aim, optional
-        Force to be met; the depth then follows. Where that does not go well `depth` is kept, and the force is not met.
-    tolerance : float
-        Largest gap error in contact and largest penetration outside, relative to depth.
-    limit : int
-        Largest number of inner iterations.
+    `height` is the gap at first touch [cells], shape (ny, nx), infinite where the indenter has no surface; `start` a pressure
+    to begin with; `inner` the operator in single precision, by default made here. Where a force cannot be met, `depth` is kept.
+    `tolerance` is the largest gap error in contact and the largest penetration outside, relative to depth; `limit` that of
+    inner iterations.
     """
     xp = operator.xp
     inner = operator.single() if inner is None else inner
@@ -278,29 +264,9 @@ def _pressing(xp: Namespace, pressure: Cells) -> Cells:
 def punch_stiffness(
     operator: Operator, contact: Cells, tolerance: float = 1e-2, limit: int = 400
 ) -> tuple[Cells, float, float, int]:
-    """Flat punch of the planform `contact` pressed in by one cell.
+    """Flat punch of the planform `contact`, shape (ny, nx), pressed in by one cell within `tolerance`.
 
-    Parameters
-    ----------
-    operator : Operator
-        Displacement from pressure.
-    contact : array of bool, shape (ny, nx)
-        Planform.
-    tolerance : float
-        Largest deviation of the displacement from 1 on the planform.
-    limit : int
-        Largest number of iterations.
-
-    Returns
-    -------
-    pressure : array, shape (ny, nx)
-        Pressure per depth [E*/cell].
-    stiffness : float
-        Its force, dF/dd [E* cells].
-    error : float
-        Deviation reached.
-    iterations : int
-        Iterations taken.
+    Returns pressure per depth [E*/cell], stiffness dF/dd [E* cells], deviation and iterations.
     """
     one = operator.xp.astype(contact, operator.spectrum.dtype)
     p, error, iterations = adhering(operator, contact, one, tolerance, limit)
@@ -310,29 +276,9 @@ def punch_stiffness(
 def adhering(
     operator: Operator, contact: Cells, displacement: Cells, tolerance: float, limit: int
 ) -> tuple[Cells, float, int]:
-    """Pressure, tension included, that gives the cells of `contact` a displacement.
+    """Pressure [E*], tension included, that gives the cells of `contact` a displacement [cells], zero outside `contact`.
 
-    Parameters
-    ----------
-    operator : Operator
-        Displacement from pressure.
-    contact : array of bool, shape (ny, nx)
-        Cells that stick to the punch.
-    displacement : array, shape (ny, nx)
-        Wanted displacement [cells], zero outside `contact`.
-    tolerance : float
-        Largest deviation of the displacement over the largest displacement.
-    limit : int
-        Largest number of iterations.
-
-    Returns
-    -------
-    pressure : array, shape (ny, nx)
-        [E*].
-    error : float
-        Deviation reached.
-    iterations : int
-        Iterations taken.
+    `tolerance` is the largest deviation over the largest displacement. Returns pressure, deviation and iterations.
     """
     xp, dtype = operator.xp, operator.spectrum.dtype
     # a contact between the centres of cells has no cell

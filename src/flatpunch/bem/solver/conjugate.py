@@ -48,27 +48,9 @@ def remove_gap(
 ) -> tuple[Cells, int]:
     """Pressure on `contact` that reduces the gap there by the factor `drop`, by preconditioned conjugate gradients.
 
-    Parameters
-    ----------
-    operator : Operator
-        Displacement from pressure, of any precision.
-    contact : array of bool, shape (ny, nx)
-        Cells that take part.
-    gap : array, shape (ny, nx)
-        Gap to be closed [cells]; zero outside `contact`.
-    drop : float
-        Wanted reduction of the largest gap.
-    limit : int
-        Largest number of iterations.
-    extended : bool
-        Whether displacements are extended beyond the contact; else they are zero there.
-
-    Returns
-    -------
-    pressure : array, shape (ny, nx)
-        Change of pressure [E*], in the operator's precision.
-    iterations : int
-        Iterations taken: fewer than it needs where rounding or the limit end them.
+    The gap [cells], shape (ny, nx), is zero outside `contact`; `extended` displacements go on there, else they are zero.
+    Returns the change of pressure [E*], in the operator's precision, and the iterations: fewer than needed where rounding or
+    the limit end them.
     """
     xp, dtype = operator.xp, operator.spectrum.dtype
     scale = largest(xp, gap)

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.bem.grid import Cells, Grid, Namespace
 from flatpunch.bem.operator.convolution import Operator, build_operator, coefficients_for, padded_shape, to_numpy
 from flatpunch.bem.solver.active_set import State
@@ -179,4 +179,4 @@ def _even(values: Array, axis: int) -> bool:
     image = np.flip(values, axis)
     if values.dtype == bool:
         return np.array_equal(values, image)
-    return bool(np.allclose(values, image, rtol=1e-12, atol=1e-12))
+    return bool(np.allclose(values, image, rtol=ROUNDING, atol=ROUNDING))

@@ -140,15 +140,7 @@ class Branch:
 
 
 def stiffness_growth(kernel: Kernel, contact: RoundContact) -> tuple[Array, Array]:
-    """Growth of the punch stiffness with the radius.
-
-    Returns
-    -------
-    growth : ndarray, shape (n,)
-        a K'(a) [N/m].
-    s : ndarray, shape (n,)
-        dln K'/dln a [-].
-    """
+    """Growth of the punch stiffness with the radius: a K'(a) [N/m] and dln K'/dln a [-], shape (n,) each."""
     a, stiffness = contact.radius, contact.stiffness
     if kernel.homogeneous or kernel.exponent:
         # K ~ a^(1 + k) on a power-law half-space

@@ -32,13 +32,7 @@ class AdhesiveCase:
 
 
 def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCase:
-    """Check the input and find the instabilities.
-
-    Raises
-    ------
-    ValueError
-        If the indenter is neither round nor a power law, the work of adhesion not positive, or there is no stable contact.
-    """
+    """Check the input and find the instabilities; ValueError where there is no theory or no stable contact."""
     work = positive("work_of_adhesion", work, "It is the energy per area gained by contact [J/m^2].", unit="J/m**2")
     # products of both stay representable
     largest = 1e60

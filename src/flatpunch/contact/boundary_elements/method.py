@@ -10,6 +10,7 @@ import scipy
 from flatpunch import bem
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.progress import Report, reporting
+from flatpunch.bem.grid import SMALLEST
 from flatpunch.bem.height import IndenterHeight
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR
 from flatpunch.bem.outline import enough_rays
@@ -174,30 +175,42 @@ def pressure(
 ) -> PressureField:
     """Pressure at polar coordinates (r, phi), shape (n,) [Pa], interpolated linearly between cell centres.
 
-    The error is the difference that cells twice as wide make, the largest of a cell and its neighbours.
+    The error is that of interpolation between cells twice as wide, and the difference to a contact solved on such cells.
     """
     if not _live(indenter, control).any():
         return PressureField(np.zeros_like(r), np.zeros_like(r))
     if tolerance is None:
         tolerance = SINGLE_FLOOR if single else TOLERANCE
-    solution = _solutions(kernel, indenter, control.name, control.values, grid, tolerance, single, limit=limit)[0]
-    x, y, field = solution.grid.x, solution.grid.y, np.asarray(solution.pressure, dtype=float)
+
+    def solved(cells: bem.Grid | int | None) -> bem.Solution:
+        return _solutions(kernel, indenter, control.name, control.values, cells, tolerance, single, limit=limit)[0]
+
+    fine = solved(grid)
+    # room for a contact that is a cell wider
+    nx, ny = (max((n + 1) // 2 + 2, SMALLEST) for n in (fine.grid.nx, fine.grid.ny))
+    coarse = solved(bem.Grid(nx, ny, 2 * fine.grid.spacing, fine.grid.center))
     points = np.column_stack([r * np.sin(phi), r * np.cos(phi)])
-    return PressureField(*(_between(y, x, cells)(points) for cells in (field, _cell_width_error(y, x, field))))
+    values = _between(fine.grid, fine.pressure)(points)
+    difference = np.abs(values - _between(coarse.grid, coarse.pressure)(points))
+    return PressureField(values, difference + _between(fine.grid, _interpolation_error(fine.pressure))(points))
 
 
-def _between(y: Array, x: Array, field: Array) -> scipy.interpolate.RegularGridInterpolator:
+def _between(grid: bem.Grid, field: Array) -> scipy.interpolate.RegularGridInterpolator:
     """Linear interpolation between the centres of cells, zero outside."""
-    return scipy.interpolate.RegularGridInterpolator((y, x), field, bounds_error=False, fill_value=0.0)
+    field = np.asarray(field, dtype=float)
+    return scipy.interpolate.RegularGridInterpolator((grid.y, grid.x), field, bounds_error=False, fill_value=0.0)
 
 
-def _cell_width_error(y: Array, x: Array, field: Array) -> Array:
-    """Difference between a field and the same on cells twice as wide, the largest of a cell and its neighbours."""
-    ny, nx = field.shape[0] // 2, field.shape[1] // 2
-    wide = field[: 2 * ny, : 2 * nx].reshape(ny, 2, nx, 2).mean(axis=(1, 3))
-    y_wide, x_wide = (axis[: 2 * n].reshape(n, 2).mean(axis=1) for axis, n in ((y, ny), (x, nx)))
-    at = np.stack(np.meshgrid(y, x, indexing="ij"), axis=-1)
-    return np.asarray(scipy.ndimage.maximum_filter(np.abs(field - _between(y_wide, x_wide, wide)(at)), size=3))
+def _interpolation_error(field: Array) -> Array:
+    """Error of linear interpolation between the centres of cells twice as wide, the largest of a cell and its four neighbours.
+
+    Those along x and along y are added as squares: where the field is harmonic, as near the apex of a tilted cone, they are
+    equal and opposite.
+    """
+    # a quarter of a wide cell from its centre, (h/2)(3h/2)/2 = 3/8 h^2 times the second derivative
+    along_y, along_x = (scipy.ndimage.convolve1d(field, [1, -2, 1], axis=i, mode="constant") for i in (0, 1))
+    cross = scipy.ndimage.generate_binary_structure(2, 1)
+    return np.asarray(scipy.ndimage.maximum_filter(3 / 8 * np.hypot(along_y, along_x), footprint=cross))
 
 
 def _live(indenter: Indenter, control: Control) -> Flags:

@@ -151,13 +151,7 @@ class Capped:
 
 
 def place_of(medium: object, indenter: object) -> Place:
-    """Place of a case in the tables.
-
-    Raises
-    ------
-    BadValue
-        If they do not hold it.
-    """
+    """Place of a case in the tables; BadValue if they do not hold it."""
     if isinstance(indenter, Sphere):
         return sphere_place(indenter.radius, *layer_of(medium))
     if isinstance(indenter, Cone | Pyramid | FacetedPyramid):

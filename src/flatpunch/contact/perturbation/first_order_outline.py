@@ -20,24 +20,10 @@ from flatpunch.punch.family import punch_family
 
 
 def outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, phi: Array) -> Array:
-    """Contact outline a(phi) by (P17).
+    """Contact outline a(phi) [m] by (P17), shape (n, p), of n contacts of the mean profile at p polar angles [rad].
 
-    Parameters
-    ----------
-    kernel : Kernel
-        Compliance of the medium.
-    indenter : Indenter
-        The indenter.
-    contact : RoundContact
-        Contacts of its mean profile, n of them.
-    phi : ndarray, shape (p,)
-        Polar angles [rad].
-
-    Returns
-    -------
-    ndarray, shape (n, p)
-        a(phi) [m]; NaN where (P17) has no answer: the denominator 2d - 2 g0 - a g0' is not negative (stiff films), or the
-        outline would pass through the axis.
+    NaN where (P17) has no answer: the denominator 2d - 2 g0 - a g0' is not negative (stiff films), or the outline would pass
+    through the axis.
     """
     a = contact.radius
     if indenter.round:

@@ -182,18 +182,10 @@ def second_order_force(angles: Angles, base: Base, w1: Array) -> Array:
 def higher_force(
     angles: Angles, base: Base, response: Array, stiffening: Array, derivative: Array, exponent: float
 ) -> tuple[Array, Array]:
-    """Terms x3 and x4 of ln(F/F_base), shape (nb, 1) each.
+    """Terms x3 and x4 of ln(F/F_base), shape (nb, 1) each, of a profile with `exponent` n.
 
-    Parameters
-    ----------
-    angles, base
-        The profile and the round contact under it.
-    response, stiffening : ndarray, shape (nb, orders)
-        R_m and k_m.
-    derivative : ndarray, shape (nb, nb)
-        Matrix of d/dln(beta) between the nb radii.
-    exponent : float
-        n of the profile.
+    `response` and `stiffening` are R_m and k_m, shape (nb, orders), `derivative` the matrix of d/dln(beta) between the nb
+    radii.
     """
     u, c2, c3, c4 = angles.u, angles.c2, angles.c3, angles.c4
     e2, d1 = base.edge**2, base.slope

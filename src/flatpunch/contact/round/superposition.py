@@ -159,10 +159,16 @@ def grown_pressure(
     """
     if radius == 0:
         return np.zeros_like(r), np.zeros_like(r)
+    # a square grid has each distance eight times
+    distances, place = np.unique(r, return_inverse=True)
     fine, coarse = (
         superpose(
-            kernel, round_history(evaluate, radius, kernel.exponent, coarse=each), r, np.zeros_like(r), coarse=each
-        )
+            kernel,
+            round_history(evaluate, radius, kernel.exponent, coarse=each),
+            distances,
+            np.zeros_like(distances),
+            coarse=each,
+        )[place]
         for each in (False, True)
     )
     return fine, np.abs(fine - coarse)

@@ -239,22 +239,9 @@ class _Case:
 def solve_layered(
     medium: Medium, indenter: Indenter, control: Control, time: Array, relaxing: Relaxations, phi: Array
 ) -> Curve:
-    """Follow a history.
+    """Follow a history of depths [m] or forces [N] at ascending times [s], linear in between, of a round tip.
 
-    Parameters
-    ----------
-    medium : Medium
-        Layers and base; their moduli times psi(t) are those that relax.
-    indenter : Indenter
-        A round tip.
-    control : Control
-        Depths [m] or forces [N] at the given times, linear in between.
-    time : ndarray, shape (n,)
-        Times [s], ascending.
-    relaxing : tuple of Prony or None
-        psi(t) of each layer and the base.
-    phi : ndarray, shape (p,)
-        Polar angles of the outline [rad].
+    `relaxing` has psi(t) of each layer and the base, whose moduli times psi relax; `phi` are polar angles of the outline [rad].
     """
     if not (control.values > 0).any():
         raise ValueError(f"{control.name} is nowhere positive, so there is never a contact.")

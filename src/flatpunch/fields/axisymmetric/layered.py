@@ -155,6 +155,8 @@ def _groups(parts: list[Points]) -> Iterator[list[Points]]:
 def _panels_in_depth(medium: Medium, load: Load, i: int, layer: Indices, depths: Array) -> Iterator[Points]:
     """Panels over whose depth fields are smooth: in isotropic layers octaves, and all of a top layer that is split off.
 
+    Graded layers have a panel for each stretch of their laws: stresses along the surface are as smooth as the modulus.
+
     Fields that return from a face decay at most as fast as the larger rate, those that arrive there at the smaller one.
     """
     here = np.flatnonzero(layer == i)
@@ -173,9 +175,11 @@ def _panels_in_depth(medium: Medium, load: Load, i: int, layer: Indices, depths:
     start = faces[i]
     low = max(decay(start), SHORTEST * load.radius if i == 0 and not split else 0.0)
     limit = faces[i + 1] if i + 1 < faces.size else np.inf
+    breaks = faces[i] + np.array(getattr(medium.layers[i], "breaks", ()) if i < len(medium.layers) else ())
     while start < limit:
         # the shallowest panel under a graded surface is as long as the first wave that is resolved
-        end = min((low if i == 0 and start == 0 and not split else start) + low / rate, limit)
+        end = (low if i == 0 and start == 0 and not split else start) + low / rate
+        end = min(end, limit, *breaks[breaks > start])
         last = end >= limit or end >= z.max()
         chosen = np.flatnonzero((z >= start) & ((z <= end) if last else (z < end)))
         if chosen.size:

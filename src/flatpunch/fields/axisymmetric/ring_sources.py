@@ -267,7 +267,10 @@ def sampled(
         series = function(low[:, None] + (high - low)[:, None] * share) @ transform.T
         size = max(size, float(np.abs(series[:, 0]).max()))
         weight = (high - low) / breaks[-1] if by_area else 1.0
-        rough = weight * np.abs(series[:, -3:]).max(axis=1) > max(tolerance * size, rounding)
+        last = np.abs(series[:, -3:]).max(axis=1)
+        # t itself is rounded, which is a larger share of shorter panels
+        of_place = _TERMS * np.spacing(high) / (high - low) * np.abs(series[:, 1:]).sum(axis=1)
+        rough = (weight * last > max(tolerance * size, rounding)) & (last > of_place)
         rough &= high - low > 2 * narrowest * breaks[-1]
         done += zip(low[~rough].tolist(), series[~rough], rooted[~rough].tolist(), strict=True)
         middle = (low + high)[rough] / 2

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any, Protocol
 
 import numpy as np
@@ -229,6 +230,29 @@ class Search(Protocol):
 
     def turns(self, low: float, high: float) -> list[float]:
         """Sizes between which stresses may rise and fall again, ascending: where the slope of the tip turns, and between."""
+
+
+def outwards(
+    on_grid: Callable[[int], list[Event]], at_edge: Callable[[int, Event], bool], least: int = 1
+) -> list[Event]:
+    """Events on grids 0, 1, ..., each wider than the one before, as long as a stress is largest at the edge of the last one.
+
+    Layers on springs and stiff layers bend over many thicknesses.
+    """
+    found: list[Event] = []
+    largest: dict[tuple[str, int, str], float] = {}
+    for n in count():
+        here = on_grid(n)
+        found += here
+        rising = {
+            each.what: each.utilisation
+            for each in here
+            if at_edge(n, each) and each.utilisation > (1 + _FOUND) * largest.get(each.what, 0.0)
+        }
+        if not rising and n + 1 >= least:
+            break
+        largest |= rising
+    return found
 
 
 def first_event(search: Search) -> tuple[float, Event, list[Event]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -9,16 +10,16 @@ from functools import partial
 import numpy as np
 
 from flatpunch import bem
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, fields_of_cells
 from flatpunch.fields.failure.equal_area import counted_by
-from flatpunch.fields.failure.events import DEEPEST, Event, Judged
+from flatpunch.fields.failure.events import DEEPEST, Event, Judged, outwards
 from flatpunch.fields.failure.rim import Rim, rim_of
-from flatpunch.fields.failure.round import radius_limits
+from flatpunch.fields.failure.round import bending, radius_limits
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium
 from flatpunch.punch import UnresolvedLayer
@@ -102,15 +103,15 @@ class CellSearch:
         found = []
         for each in self.bodies:
             for i in each.watched if only is None else {only}.intersection(each.watched):
-                stress, place = self._stress(each, i, cells, each.tops[i], each.depths(i, size))
-                found += self._with_rim(each, i, size, stress, place, partial(chosen, each))
+                inside = partial(self._with_rim, each, i, size, partial(chosen, each))
+                found += self._on_grids(each, i, cells, each.tops[i], each.depths(i, size), inside)
                 face = float(np.append(each.tops, 0.0)[i + 1])
                 if each.strengths[i].of_interface and face > size:
-                    found += chosen(each, i, *self._stress(each, i, cells, face, np.array([face])))
+                    found += self._on_grids(each, i, cells, face, np.array([face]), partial(chosen, each, i))
         return found
 
     def _with_rim(
-        self, judged: Judged, i: int, size: float, stress: Array, place: Array, chosen: Callable[..., list[Event]]
+        self, judged: Judged, i: int, size: float, chosen: Callable[..., list[Event]], stress: Array, place: Array
     ) -> list[Event]:
         """Events of a grid; that at the rim takes the place of tension beside it, which cells do not resolve."""
         found = chosen(i, stress, place)
@@ -141,11 +142,26 @@ class CellSearch:
         found = judged.largest(0, (outside @ rim.weights)[..., None, None], place[..., None, None])
         return replace(next(each for each in found if each.kind == "tensile"), rim=True)
 
-    def _stress(self, judged: Judged, i: int, cells: Cells, depth: float, z: Array) -> tuple[Array, Array]:
-        """Stresses at depths z of a layer, on a grid as wide as the load and the fields at some depth, and their places."""
-        wide = _half_widths(cells, depth)
-        x, y = (middle + _PLACES * half for middle, half in zip(cells.center, wide, strict=True))
-        return self._at(judged, i, cells, x, y, z)
+    def _on_grids(
+        self,
+        judged: Judged,
+        i: int,
+        cells: Cells,
+        depth: float,
+        z: Array,
+        chosen: Callable[[Array, Array], list[Event]],
+    ) -> list[Event]:
+        """Events at depths z of a layer, on grids of twice the width each."""
+        halves, center = _half_widths(cells, depth), np.array(cells.center)
+
+        def on_grid(n: int) -> list[Event]:
+            x, y = (middle + _PLACES * 2**n * half for middle, half in zip(center, halves, strict=True))
+            return chosen(*self._at(judged, i, cells, x, y, z))
+
+        def at_edge(n: int, event: Event) -> bool:
+            return bool((np.abs(event.place[:2] - center) >= 2**n * halves * (1 - ROUNDING)).any())
+
+        return outwards(on_grid, at_edge, math.ceil(math.log2(1 + bending(judged.body) / halves.min())) + 1)
 
     def _at(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
         """Stresses in a layer on the product of x, y and depths z, shape (6, nx, ny, nz), and the places, (3, nx, ny, nz)."""
@@ -172,7 +188,7 @@ class CellSearch:
         deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(size, float(top) / 2))
         # one interval of the grid
         halves = _half_widths(cells, float(bottom if face else top))
-        wide = np.array([*(2 * half / (_PLACES.size - 1) for half in halves), deep])
+        wide = np.append(2 * halves / (_PLACES.size - 1), deep)
         rim = self._rim(size, _FINE) if event.kind == "tensile" and i == 0 else None
         steps, best, finer = np.linspace(-1, 1, 5), None, np.zeros(3)
         for _ in range(2 * _ROUNDS):
@@ -221,9 +237,9 @@ class CellSearch:
         return 2 * abs(coarse.utilisation / event.utilisation - 1) + 1e-3
 
 
-def _half_widths(cells: Cells, depth: float) -> list[float]:
+def _half_widths(cells: Cells, depth: float) -> Array:
     """Half the grid along x and y [m]: a third beyond the load, or far below it as wide as the fields of a point are there."""
-    return [max(1.3 * n * cells.spacing / 2, 2 * depth) for n in cells.pressure.shape[::-1]]
+    return np.maximum(1.3 * np.array(cells.pressure.shape[::-1]) * cells.spacing / 2, 2 * depth)
 
 
 def _away(rim: Rim, stress: Array, place: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -17,11 +18,11 @@ from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.axisymmetric.layered import REACH, SECOND_REACH
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.axisymmetric.section import Section
-from flatpunch.fields.failure.events import BEYOND, DEEPEST, Event, Judged, expected_utilisation
+from flatpunch.fields.failure.events import BEYOND, DEEPEST, Event, Judged, expected_utilisation, outwards
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import HalfSpace, Medium, RigidBase
+from flatpunch.media import HalfSpace, Interface, Medium, RigidBase
 
 _RADII = np.array([0.0, 0.2, 0.4, 0.6, 0.75, 0.86, 0.94, 1.0, 1.06, 1.16, 1.35, 1.7, 2.2, 3.0])
 """Radii of the grid over the contact radius; between them the largest value is refined."""
@@ -114,23 +115,31 @@ class RoundSearch:
         """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
         key = size, only
         if key not in self.known:
-            grid = self._grid(size, only)
-            self.known[key] = [event for each, i, stress, place in grid for event in each.largest(i, stress, place)]
+            self.known[key] = self._on_grids(size, only, Judged.largest)
         return self.known[key] + self.singular(size)
 
     def maxima(self, size: float, only: int | None = None) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
         # ahead of the load, beside and behind it, which a coarse grid may not tell apart
         parts = (slice(0, 1), slice(1, 4), slice(4, 5)) if self.friction else (slice(None),)
-        grid = self._grid(size, only)
-        found = [event for each, i, stress, place in grid for event in each.maxima(i, stress, place, parts)]
-        return found + self.singular(size)
+        return self._on_grids(size, only, partial(Judged.maxima, parts=parts)) + self.singular(size)
 
-    def _grid(self, size: float, only: int | None = None) -> Iterator[tuple[Judged, int, Array, Array]]:
+    def _on_grids(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
+        """Events on the grid, and in rings outside it of twice the radius each."""
+        edge = self._radii(self._load(size).radius)[-1]
+
+        def on_grid(n: int) -> list[Event]:
+            return [event for each, *found in self._grid(size, only, n) for event in chosen(each, *found)]
+
+        return outwards(on_grid, lambda n, event: _polar(event)[0] >= 2**n * edge * (1 - ROUNDING))
+
+    def _grid(self, size: float, only: int | None, ring: int) -> Iterator[tuple[Judged, int, Array, Array]]:
         """Bodies, layers, stresses (6, nr, ntheta, nz), and their places (3, nr, ntheta, nz), with depths for z."""
         load = self._load(size)
         radius = load.radius
         r, theta = self._radii(radius), _ANGLES if self.friction else _ANGLES[:1]
+        if ring:
+            r = r[-1] * np.geomspace(2 ** (ring - 1), 2**ring, 5)
         for n, each in enumerate(self.bodies):
             if not each.watched:
                 continue
@@ -142,7 +151,7 @@ class RoundSearch:
                     continue
                 depths = [each.depths(i, largest) for i in group]
                 layer = np.repeat(group, [z.size for z in depths])
-                key = n, largest, group[0]
+                key = n, largest, group[0], ring
                 if key not in self.sections:
                     self.sections[key] = Section.of(
                         each.body,
@@ -167,7 +176,7 @@ class RoundSearch:
     def _radii(self, radius: float) -> Array:
         """Radii in units of that of the contact, and out to where stiff films bend and deep interfaces shear."""
         # shear below a point is largest at half the depth away from its axis
-        far = max(max(4 * _bending(each.body), each.deepest) for each in self.bodies)
+        far = max(max(bending(each.body), each.deepest) for each in self.bodies)
         outer = np.geomspace(3 * radius, 3 * radius + far, 6)[1:] if far > 0 else np.zeros(0)
         return np.concatenate([_RADII * radius, outer])
 
@@ -300,14 +309,18 @@ def _flat_radius(indenter: Indenter) -> float:
     return float(max(flat, default=0.0)) * (1 + 1e-6)
 
 
-def _bending(body: object) -> float:
-    """Distance over which the layers bend on what is below [m]: the thickness times the cube root of the contrast."""
+def bending(body: object) -> float:
+    """Distance over which layers bend on a softer body, or on springs, about four times the length of decay [m]."""
     if not isinstance(body, Medium) or not body.layers:
         return 0.0
     moduli = [layer.surface_modulus for layer in body.layers]
+    above = np.cumsum([layer.thickness for layer in body.layers])
+    plates = np.maximum.accumulate(moduli) * above**3 / 12
+    softness = [layer.bonded.softness[1] if isinstance(layer.bonded, Interface) else 0.0 for layer in body.layers]
     if not isinstance(body.base, RigidBase):
         moduli.append(body.base.surface_modulus)
-    return float(body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1))
+    on_body = body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1)
+    return 4 * max(float(on_body), float(np.max(plates * softness) ** 0.25))
 
 
 def _places(r: Array, theta: Array, z: Array) -> Array:

@@ -15,6 +15,7 @@ from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, shown
 from flatpunch.compliance import compliance
 from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case
+from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indent import indent
 from flatpunch.fit.adhesion.branch import StableBranch
 from flatpunch.fit.adhesion.tables import BranchFamily, BranchTables, branch_tables
@@ -81,23 +82,9 @@ class AdhesiveModel(SampleParameters):
         object.__setattr__(self, "_tables", branch_tables(family))
 
     def evaluate(self, depth: Array, theta: Array, softest: float = -np.inf) -> tuple[Array, Array, Array]:
-        """Force and derivatives at depths of any sign, on the stable branch.
+        """Force F [N], dF/dd [N/m] and dF/dtheta [N], shape (parameters, n), at depths [m] of any sign, on the stable branch.
 
-        Parameters
-        ----------
-        depth : ndarray, shape (n,)
-            Depths [m].
-        theta : ndarray, shape (parameters,)
-            Internal values of the free parameters.
-        softest : float
-            Stiffness dF/dd [N/m] below which the branch is continued by its tangent.
-
-        Returns
-        -------
-        force, stiffness : ndarray, shape (n,)
-            F [N], dF/dd [N/m].
-        derivatives : ndarray, shape (parameters, n)
-            dF/dtheta [N].
+        Below the stiffness `softest` [N/m] the branch is continued by its tangent.
         """
         with np.errstate(over="ignore"):
             return self._evaluated(depth, theta, softest)
@@ -123,15 +110,7 @@ class AdhesiveModel(SampleParameters):
         return float(state.depth[0]), float(state.force[0])
 
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:
-        """Force at any depths; zero beyond pull-off.
-
-        Parameters
-        ----------
-        depth : ndarray, shape (n,)
-            Depths [m].
-        values : mapping, optional
-            Free parameters by name, SI; missing ones as in the case.
-        """
+        """Force [N] at any depths [m], zero beyond pull-off; free parameters that `values` lacks are as in the case."""
         depth = np.asarray(depth, dtype=float)
         theta = self.internals(values)
         held = depth >= self.pull_off(theta)[0]
@@ -154,7 +133,7 @@ class AdhesiveModel(SampleParameters):
                 method=adhesive_method(sample.indenter, self.method),
                 work_of_adhesion=sample.work_of_adhesion,
                 range_of_action=sample.range_of_action,
-                angles=8,
+                angles=FEW_ANGLES,
             )
         return np.asarray(curve["force"].values), str(curve.attrs["notes"])
 

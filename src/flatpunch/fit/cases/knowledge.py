@@ -28,13 +28,7 @@ _DIMENSIONS: dict[str, si.Dimension | None] = {
 
 
 def priors_of(given: Plain) -> dict[str, Prior]:
-    """Priors as they stand in [priors]: { mean, std }, { median, relative } or { min, max } of each parameter.
-
-    Raises
-    ------
-    ValueError
-        Which entry is wrong, and how it is written.
-    """
+    """Priors as they stand in [priors]: { mean, std }, { median, relative } or { min, max } of each parameter."""
     return {name: _prior(name, table) for name, table in given.items()}
 
 

@@ -33,13 +33,8 @@ _DIMENSIONS = {
 def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
     """Separate { fit = ..., min = ..., max = ..., each = true } from a file.
 
-    Returns
-    -------
-    plain : dict
-        The file with the starts in their place.
-    free : dict of str to Free
-    own : tuple of str
-        Those of them that each curve of a joint fit has for itself.
+    Returns the file with the starts in their place, the free parameters, and which of them each curve of a joint fit has for
+    itself.
     """
     plain = copy.deepcopy(data)
     found: dict[str, Free] = {}

@@ -34,14 +34,9 @@ def line_error(part: Curve, before: Flags) -> Array:
 
 
 def asks_for_tilt(position: Array, force: Array) -> bool:
-    """Whether a straight line describes the force without contact better than a constant, by the Bayesian information criterion.
+    """Whether a line describes the force [N] over positions [m] before contact better than a constant, by the Bayesian criterion.
 
     Correlated readings count as fewer independent ones.
-
-    Parameters
-    ----------
-    position, force : ndarray, shape (n,)
-        Readings before the contact [m, N].
     """
     if force.size < FEWEST:
         return False
@@ -51,14 +46,9 @@ def asks_for_tilt(position: Array, force: Array) -> bool:
 
 
 def describes_better(force: Array, left: Array, other: Array) -> bool:
-    """Whether residuals are smaller than others by the Bayesian information criterion, with one parameter more.
+    """Whether residuals `left` of a force [N] are smaller than `other` by the Bayesian criterion, with one parameter more.
 
     Correlated readings count as fewer independent ones, and data without noise have their rounding.
-
-    Parameters
-    ----------
-    force, left, other : ndarray, shape (n,)
-        Measured force, and the residuals of either description [N].
     """
     readings = max(independent(left), 2.0)
     least = force.size * (EXACT * float(np.abs(force).max())) ** 2 + TINY

@@ -28,20 +28,9 @@ def applies(objective: object) -> TypeGuard[Objective]:
 
 
 def residuals(objective: Objective, x: Array, spring_constant: Array, sensitivity: Array) -> Array:
-    """Residuals over the force range, as `Objective.evaluate` has them.
+    """Residuals over the force range, shape (vectors, n), as `Objective.evaluate` has them; see `applies`.
 
-    Parameters
-    ----------
-    objective : Objective
-        The problem; see `applies`.
-    x : ndarray, shape (vectors, parameters)
-        Internal parameters.
-    spring_constant, sensitivity : ndarray, shape (vectors,)
-        True over assumed calibration.
-
-    Returns
-    -------
-    ndarray, shape (vectors, n)
+    For each vector x of internal parameters the calibration has factors, true over assumed, shape (vectors,).
     """
     count = len(objective.model.free)
     rest: Plain = dict(objective.held)

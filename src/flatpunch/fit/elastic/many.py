@@ -92,16 +92,9 @@ class Found:
 
 
 def at_once(curves: Sequence[Curve], model: ForwardModel, settings: Settings) -> list[Found | None]:
-    """Fit curves side by side; None for those whose search does not settle.
+    """Fit approaches of `plain` curves side by side; None for those whose search does not settle.
 
-    Parameters
-    ----------
-    curves : sequence of Curve
-        Approaches of `plain` curves.
-    model : ForwardModel
-        One modulus is free.
-    settings : Settings
-        Contact point fitted, baseline "constant", "linear" or "none", least squares.
+    One modulus is free; the contact point is fitted, the baseline "constant", "linear" or "none", by least squares.
     """
     result: list[Found | None] = [None] * len(curves)
     for springy in (False, True):

@@ -19,7 +19,7 @@ from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
-from flatpunch.contact.curve import percent
+from flatpunch.contact.curve import FEW_ANGLES, percent
 from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.fit.elastic.table import Table, at_pieces
 from flatpunch.fit.parameters.free_parameters import FreeParameters
@@ -30,23 +30,12 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.punch import UnresolvedLayer
 
-_FEW_ANGLES = 8
-"""Outlines are of no interest here."""
-
 _THIRD_OF_DECADE = 10 ** (1 / 3)
 """By how much the largest depth of a table is lowered where the layer cannot be resolved."""
 
 
 def method_for(indenter: Indenter, method: FitMethod = "auto") -> MethodName | Method:
-    """Contact method of a fit: exact for round tips, else the best of the fast ones.
-
-    Parameters
-    ----------
-    indenter : Indenter
-        The tip.
-    method : str or method
-        "auto", or a method of `indent`: its short name, or its configuration such as `Refined(cells=128)`.
-    """
+    """Contact method of a fit: the one given, or by "auto" exact for round tips, else the best of the fast ones."""
     if not isinstance(method, str) or method != "auto":
         method_of(method)
         return method
@@ -168,15 +157,7 @@ class ForwardModel(FreeParameters):
         return force, s * force / depth, derivatives
 
     def logarithms(self, log_depth: Array, theta: Array) -> tuple[Array, Array]:
-        """ln F and d ln F/d ln d, shape (vectors, n), for many parameter vectors at once.
-
-        Parameters
-        ----------
-        log_depth : ndarray, shape (vectors, n)
-            ln of depths [m].
-        theta : ndarray, shape (vectors, parameters)
-            Internal values of the free parameters.
-        """
+        """ln F and d ln F/d ln d at ln of depths [m], shape (vectors, n), for many internal parameter vectors at once."""
         constants, weights = self._forms
         forms = constants + theta @ weights.T
         place = log_depth - forms[:, 1:2]
@@ -184,15 +165,7 @@ class ForwardModel(FreeParameters):
         return value + forms[:, :1], slope
 
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:
-        """Force at any depths; zero where depth <= 0.
-
-        Parameters
-        ----------
-        depth : ndarray, shape (n,)
-            Depths [m].
-        values : mapping, optional
-            Free parameters by name, SI; missing ones as in the case.
-        """
+        """Force [N] at any depths [m], zero where depth <= 0; free parameters that `values` lacks are as in the case."""
         depth = np.asarray(depth, dtype=float)
         theta = self.internals(values)
         result = np.zeros_like(depth)
@@ -206,7 +179,7 @@ class ForwardModel(FreeParameters):
         medium, indenter = self.case(values)
         method = method_for(indenter, self.method)
         law = self.finite_strain
-        curve = indent(medium, indenter, depth=depth, method=method, angles=_FEW_ANGLES, finite_strain=law)
+        curve = indent(medium, indenter, depth=depth, method=method, angles=FEW_ANGLES, finite_strain=law)
         # outlines are no part of a fit
         notes = [note for note in str(curve.attrs["notes"]).splitlines() if "the outline" not in note]
         if not indenter.round:
@@ -268,7 +241,7 @@ def _solver(found: Scaling, method: MethodName | Method, large: bool) -> tuple[A
         if isinstance(indenter, Cylinder) or not np.isfinite(indenter.reach):
             return float("inf")
         try:
-            curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=_FEW_ANGLES)
+            curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=FEW_ANGLES)
         except UnresolvedLayer:
             # far deeper than any measured depth: layers of a trial step that are very thin
             return float("inf")
@@ -280,7 +253,7 @@ def _solver(found: Scaling, method: MethodName | Method, large: bool) -> tuple[A
         phi = np.full(delta.shape, np.nan)
         while inside.any():
             try:
-                curve = indent(medium, indenter, depth=delta[inside], method=method, angles=_FEW_ANGLES)
+                curve = indent(medium, indenter, depth=delta[inside], method=method, angles=FEW_ANGLES)
             except UnresolvedLayer:
                 # known only when it is met: depths of trial steps far from the measured ones
                 if delta[inside].max() < _THIRD_OF_DECADE * delta[inside].min():

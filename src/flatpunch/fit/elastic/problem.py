@@ -28,7 +28,7 @@ from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import speed_of
 from flatpunch.fit.measured.approach import Approach
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fit.measured.drops import Drop, drop_of
+from flatpunch.fit.measured.drops import Drop, drop_of, last_drop, weak_drop
 from flatpunch.fit.measured.signal import (
     CLEAR,
     adhesion_dip,
@@ -305,7 +305,7 @@ class Problem:
         read = without_spikes(curve.force if self.straight else force)
         calm = without_spikes(force)
         if (drop := drop_of(read, calm, before, self._neighbours)) is None:
-            return None
+            return last_drop(force, calm, self._neighbours) or weak_drop(curve.force, calm, self._neighbours)
         # the median of a rise that ends in a drop is largest up to two readings before its end
         at = drop.at + int(np.argmax(force[drop.at : drop.at + 3]))
         return replace(drop, at=at, size=drop.size + float(force[at] - calm[drop.at]))
@@ -327,7 +327,8 @@ class Problem:
         if (asks or unseen) and (found := self._tilted(scan)) is not None:
             linear, scan = found
             return linear.judged(scan)
-        doubtful = self.straight and not unseen
+        # data that begin in contact show no baseline
+        doubtful = self.straight and bool(self._free(scan).any())
         constant = replace(self, settings=replace(self.settings, baseline="constant"), doubtful=doubtful)
         return constant._checked(scan, over)
 
@@ -372,7 +373,7 @@ class Problem:
         """The problem over a straight line, where it describes the whole curve better and still has readings without contact."""
         linear, tilted = self.linear, self.line or self.linear.scan()
         # a line may take the place of a contact
-        seen = tilted.gain > CLEAR**2 and linear._free(tilted).sum() >= FEWEST
+        seen = tilted.gain > CLEAR**2 and linear._free(tilted).any()
         better = seen and describes_better(self.part.force, linear.residuals(tilted), self.residuals(scan))
         return (linear, tilted) if better else None
 

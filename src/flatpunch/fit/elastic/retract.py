@@ -19,14 +19,7 @@ from flatpunch.fit.parameters.settings import Settings
 def free_retract(cycle: Approach, part: Curve, before: Flags) -> Indices:
     """Points of the retraction that are as far out as the background of the approach; none where the tip still sticks there.
 
-    Parameters
-    ----------
-    cycle : Approach
-        The whole cycle, of which `part` is the beginning.
-    part : Curve
-        The approach.
-    before : ndarray of bool
-        Its points that show the background alone.
+    `part` is the approach in `cycle`, `before` marks its points that show the background alone.
     """
     curve, begin = cycle.cycle, cycle.leaves - cycle.begin
     if before.sum() < FEWEST or curve.depth.size - begin < FEWEST:
@@ -64,16 +57,9 @@ class FreeOfContact:
 def free_of_contact(
     cycle: Approach, part: Curve, before: Flags, background: Callable[[Curve], Array], settings: Settings
 ) -> FreeOfContact | None:
-    """What the parts of approach and retraction without contact show of the drag; None if they do not.
+    """What the parts of approach and retraction without contact show of a drag that is free; None if they do not.
 
-    Parameters
-    ----------
-    cycle, part, before
-        As for `free_retract`.
-    background : callable
-        Force of the background at a curve's positions, without level and drag [N].
-    settings : Settings
-        With the drag free.
+    `background` gives its force at a curve's positions, without level and drag [N]; other arguments as for `free_retract`.
     """
     found = free_retract(cycle, part, before)
     back = cycle.cycle.taken(found) if found.size else None

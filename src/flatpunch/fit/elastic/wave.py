@@ -23,16 +23,8 @@ _TURNS = 3
 def best_wavelength(plain: Objective, x: Array, moduli: Sequence[int], between: tuple[float, float]) -> float:
     """Wavelength of the sine that, beside a straight line and a contact, fits best [m].
 
-    Parameters
-    ----------
-    plain : Objective
-        All points of the approach, with a straight background.
-    x : ndarray
-        Its best contact.
-    moduli : sequence of int
-        Which entries of `x` are moduli; the amplitude of the contact goes into them.
-    between : tuple of float
-        Contact points allowed [m].
+    `plain` has all points of the approach and a straight background, x its best contact; the amplitude goes into the entries
+    `moduli`.
     """
     theta = plain.split(x)[0].copy()
     index = uniform(plain.position, min(WAVES, plain.position.size // 4))

@@ -46,17 +46,8 @@ def _laws(fitted: Medium) -> dict[str, tuple[Law, bool]]:
 def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tuple[float, float]]:
     """Film modulus [Pa] and rms relative misfit of the stiffness by each formula; King's with its exponent fitted as well.
 
-    The modulus is nan where the points do not determine it: film and substrate that hardly differ fit with any modulus if the
-    exponent makes the film vanish.
-
-    Parameters
-    ----------
-    points : OliverPharr
-        The measured points.
-    tip : Tip
-        The indenter.
-    fitted : Medium
-        Film and substrate; the film's modulus is where the search begins.
+    The search begins at the modulus of `fitted`. The modulus is nan where the points do not determine it: film and substrate
+    that hardly differ fit with any modulus if the exponent makes the film vanish.
     """
     nu = _poisson(fitted)
     results = {}

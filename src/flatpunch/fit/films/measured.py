@@ -15,26 +15,15 @@ from flatpunch.fit.films.unloading import unloadings
 from flatpunch.fit.films.workbook import tip_in_workbook
 from flatpunch.fit.measured.curve import FEWEST_STIFF, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
-from flatpunch.fit.measured.readers import EXCEL, curves_in, read_curve
+from flatpunch.fit.measured.files.readers import EXCEL, curves_in, read_curve
 from flatpunch.fit.places import files_in
 
 
 def film_curves(path: str | Path, reading: Mapping[str, Any]) -> list[Curve]:
     """Curves with a stiffness: every test of a file or folder with continuous stiffness, or one of the unloadings of all cycles.
 
-    Tests that cannot be read or evaluated are left out; meta["notes"] of the first curve names them.
-
-    Parameters
-    ----------
-    path : path
-        The file, or a folder of them.
-    reading : mapping
-        Keyword arguments of `read_curve`.
-
-    Raises
-    ------
-    CurveError
-        If no test has a stiffness or an unloading.
+    `reading` has arguments of `read_curve`. Tests that cannot be read or evaluated are left out; meta["notes"] of the first
+    curve names them. CurveError if none is left.
     """
     curves: list[Curve] = []
     bad: list[str] = []
@@ -79,13 +68,7 @@ def continuous(curve: Curve) -> bool:
 
 
 def film_tip(path: str | Path, film: Mapping[str, Any]) -> Tip:
-    """The tip of a case, with the area function of the case or of the workbook.
-
-    Raises
-    ------
-    CurveError
-        If neither has one.
-    """
+    """The tip of a case, with the area function of the case or of the workbook; CurveError if neither has one."""
     rest = {name: film[name] for name in ("beta", "epsilon") if name in film}
     if film.get("coefficients"):
         return Tip.from_coefficients(film["coefficients"], **rest)

@@ -10,8 +10,8 @@ import numpy as np
 
 from flatpunch.fit.films.oliver_pharr import Tip
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.excel import excel_sheets
-from flatpunch.fit.measured.readers import read_curve
+from flatpunch.fit.measured.files.excel import excel_sheets
+from flatpunch.fit.measured.files.readers import read_curve
 
 
 def read_nanoindentation(path: str | Path, test: str) -> Curve:

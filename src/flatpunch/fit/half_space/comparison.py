@@ -14,6 +14,7 @@ from flatpunch._support.checks import Array, Values
 from flatpunch._support.paths import Plain
 from flatpunch._version import __version__
 from flatpunch.contact import Method, MethodName, indent
+from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.files import Case
 from flatpunch.files.units import text
 from flatpunch.fit.half_space.formulas import Formula, Reported, formulas, half_space_models, layer_on_top
@@ -83,7 +84,7 @@ def compare_formulas(
     medium, top = layer_on_top(medium)
     given = {"depth": depth, "force": force, "radius": radius}
     control: Plain = {name: values for name, values in given.items() if values is not None}
-    result = indent(medium, indenter, method=method, angles=8, finite_strain=finite_strain, **control)
+    result = indent(medium, indenter, method=method, angles=FEW_ANGLES, finite_strain=finite_strain, **control)
     depths, exact = result["depth"].values, result["force"].values
     star = 1 / (1 - top.poisson**2)
     laws = [
@@ -135,18 +136,7 @@ def _of_one_layer(medium: Medium, indenter: Indenter) -> list[Formula]:
 
 
 def compare_case(case: Case) -> xr.Dataset:
-    """Compare the formulas at the steps of a case.
-
-    Parameters
-    ----------
-    case : Case
-        What `read_case` returned.
-
-    Raises
-    ------
-    ValueError, TypeError
-        As for `compare_formulas`, and for cases with a history or adhesion.
-    """
+    """Compare the formulas at the steps of a case; ValueError for histories and adhesion, and as for `compare_formulas`."""
     if case.time is not None:
         raise ValueError("formulas are for elastic samples; give a [control] instead of a [history].")
     if case.work_of_adhesion is not None:
@@ -168,13 +158,7 @@ def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
 
 
 def comparison_rows(found: xr.Dataset) -> list[list[str]]:
-    """Table of a comparison: name, deviation at the largest depth, largest depths at which it is within the limits, remark.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        What `compare_formulas` returned.
-    """
+    """Table of a comparison: name, deviation at the largest depth, largest depths at which it is within the limits, remark."""
     last = int(np.argmax(found["depth"].values))
     deepest = float(found["depth"].values[last])
     rows = []
@@ -201,13 +185,7 @@ def comparison_columns(found: xr.Dataset) -> list[str]:
 
 
 def comparison_csv(found: xr.Dataset) -> str:
-    """Comparison as CSV: a line for each step, the exact force, and force and deviation by each formula.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        What `compare_formulas` returned.
-    """
+    """Comparison as CSV: a line for each step, the exact force, and force and deviation by each formula."""
     names = [str(name) for name in found["formula"].values]
     out = io.StringIO()
     table = csv.writer(out, lineterminator="\n")

@@ -26,15 +26,7 @@ _ANGLES = 3600
 
 
 def section_radius(indenter: Indenter, depth: Array) -> Array:
-    """Radius of the circle with the area of a tip's section [m].
-
-    Parameters
-    ----------
-    indenter : object
-        The tip; of an `AreaFunction` the area is its own.
-    depth : array, shape (n,)
-        Distances of the section from the apex [m].
-    """
+    """Radius [m] of the circle with the area of a tip's section at distances from the apex [m]."""
     if isinstance(indenter, AreaFunction):
         return np.asarray(np.sqrt(indenter.area(depth) / np.pi))
     phi = np.arange(_ANGLES, dtype=np.float64) * (2 * np.pi / _ANGLES)

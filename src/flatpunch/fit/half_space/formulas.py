@@ -42,18 +42,7 @@ class Reported:
 
 
 def half_space_models(indenter: Indenter) -> dict[str, Reported]:
-    """The half-space formulas in use for a tip by their names, the usual one first.
-
-    Parameters
-    ----------
-    indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
-        The tip.
-
-    Raises
-    ------
-    ValueError
-        For other tips.
-    """
+    """The half-space formulas in use for a tip by their names, the usual one first; ValueError for tips without one."""
     if isinstance(indenter, (Sphere, Paraboloid)):
         return {"hertz": Reported("hertz", 4 / 3 * math.sqrt(indenter.radius), 1.5)}
     if isinstance(indenter, Cone):
@@ -81,15 +70,10 @@ def has_half_space_model(indenter: Indenter) -> bool:
 
 
 def half_space_model(indenter: Indenter, name: str | None = None) -> Reported:
-    """One of the half-space formulas for a tip.
+    """One of the half-space formulas for a tip, the first that fits it if no name is given.
 
-    Parameters
-    ----------
-    indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
-        The tip.
-    name : str, optional
-        "hertz", "sneddon", "flat", and for pyramids "bilodeau" (0.7453 E* tan(alpha) d^2, alpha the face's half opening angle) or
-        "rico" (1/sqrt(2) instead of 0.7453). The first that fits the tip if left out.
+    Names are "hertz", "sneddon", "flat", and for pyramids "bilodeau" (0.7453 E* tan(alpha) d^2, alpha the face's half opening
+    angle) or "rico" (1/sqrt(2) instead of 0.7453).
     """
     found = half_space_models(indenter)
     if name is None:
@@ -120,28 +104,14 @@ class Formula:
 
 
 def layer_on_top(medium: Body) -> tuple[Medium, Layer]:
-    """Return the sample and the homogeneous layer at its surface, whose modulus the formulas are about.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
+    """Return the sample and the homogeneous layer at its surface, whose modulus formulas give; ValueError without one."""
     if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):
         raise BadValue("layers[0]", "", "must be a homogeneous layer on top of a Medium: its modulus is looked for.")
     return medium, medium.layers[0]
 
 
 def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
-    """Return the published formulas for one layer on a base; none for more layers.
-
-    Parameters
-    ----------
-    medium : Medium
-        Layer and base.
-    indenter : object
-        A tip for which there is a half-space model.
-    """
+    """Return the published formulas for one layer on a base and a tip with a half-space model; none for more layers."""
     if len(medium.layers) != 1 or isinstance(medium.layers[0].bonded, Interface):
         return []
     found = list(_thin_layer(medium, indenter))

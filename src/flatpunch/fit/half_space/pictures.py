@@ -18,17 +18,7 @@ _LINES = ("--", ":", "-.", (0, (3, 1)))
 
 
 def correction_figure(found: Correction, *, title: str = "", style: StyleName | str = "screen") -> Figure:
-    """Moduli of the layer by the exact contact and by formulas; the half-space modulus over depth.
-
-    Parameters
-    ----------
-    found : Correction
-        What `correct` returned.
-    title : str
-        Above it.
-    style : "screen", "one-column" or "two-columns"
-        Sizes and fonts.
-    """
+    """Moduli of the layer by the exact contact and by formulas; the half-space modulus over depth."""
     with styled(style) as chosen:
         drawn, (bars, curve) = panels(chosen, 2, title=title)
         rows = [(name, young) for name, young, _ in found.rows() if np.isfinite(young)]
@@ -55,15 +45,7 @@ def correction_figure(found: Correction, *, title: str = "", style: StyleName | 
 
 
 def comparison_figure(found: xr.Dataset, *, title: str = "", style: StyleName | str = "screen") -> Figure:
-    """Force over that of the half-space formula, and the errors of the formulas, over depth.
-
-    Parameters
-    ----------
-    found : xarray.Dataset
-        What `compare_formulas` returned.
-    title, style : str
-        As for `correction_figure`.
-    """
+    """Force over that of the half-space formula, and the errors of the formulas, over depth."""
     with styled(style) as chosen:
         drawn, (factors, errors) = panels(chosen, 2, title=title)
         length, unit = scale_of(found["depth"].values, "m")

@@ -68,21 +68,11 @@ def minimise(
     longest: float = 1.0,
     steps: int = 200,
 ) -> Minimum:
-    """Least squares from a start within bounds.
+    """Least squares of residuals (n,), given with derivatives (p, n), from a start within bounds; `fixed` parameters stay.
 
-    Parameters
-    ----------
-    evaluate : callable
-        x -> residuals (n,), derivatives (p, n).
-    start, lower, upper : ndarray, shape (p,)
-    fixed : ndarray of bool, optional
-        Parameters that stay where they are.
-    settled : float
-        Step over standard error at which to stop.
-    longest : float
-        Largest change of a parameter in one step; internal parameters are logarithms, so 1 is a factor e.
-    steps : int
-        Steps at most; ten are usual, twenty where a valley bends, 170 have been seen in one that hardly ends.
+    It stops at a step of `settled` standard errors. `longest` is the largest change of a parameter in one step; internal
+    parameters are logarithms, so 1 is a factor e. Ten `steps` are usual, twenty where a valley bends, 170 have been seen in one
+    that hardly ends.
     """
     x = np.clip(start, lower, upper)
     frozen = np.zeros(x.size, dtype=bool) if fixed is None else fixed
@@ -173,15 +163,10 @@ def _solved(normal: Array, gradient: Array, damping: float) -> Array:
 
 
 def covariance(normal: Array, free: Flags, variance: float) -> tuple[Array, Array]:
-    """Covariance of the free parameters (zero rows for the others), and the directions that the data do not determine.
+    """Covariance (p, p) of the free parameters, zero rows for others, and the directions (k, p) that the data do not determine.
 
-    Directions whose information is below 1e-12 of the rest (in variables scaled to unit diagonal) count as undetermined;
-    their variance is infinite.
-
-    Returns
-    -------
-    covariance : ndarray, shape (p, p)
-    undetermined : ndarray, shape (k, p)
+    Directions whose information is below 1e-12 of the rest (in variables scaled to unit diagonal) count as undetermined; their
+    variance is infinite.
     """
     p = normal.shape[0]
     result = np.zeros((p, p))

@@ -65,18 +65,10 @@ class Scan:
 
 
 def scanned(objective: Objective, start: Array, moduli: Sequence[int], between: tuple[float, float]) -> Scan:
-    """Try contact points.
+    """Try contact points between two [m], for all points of the approach.
 
-    Parameters
-    ----------
-    objective : Objective
-        All points of the approach.
-    start : ndarray
-        Starting parameters, internal, and a wavelength of the background behind the nuisance parameters if it has one.
-    moduli : sequence of int
-        Which of them are moduli; the amplitude goes into them.
-    between : tuple of float
-        Contact points allowed [m].
+    `start` has internal parameters, and a wavelength of the background behind the nuisance parameters if it has one; the
+    amplitude of the contact goes into the entries `moduli`.
     """
     coarse = towards_the_end(objective)
     theta = start[: len(objective.model.free)].copy()
@@ -196,16 +188,9 @@ def _one_scan(
 
 
 def beside(basis: Array, shapes: Array, data: Array) -> tuple[Array, Array, float]:
-    """Squares of shapes, their products with the data and the square of the data, all without what the background explains.
+    """Squares of shapes (shapes, n), products with the data, and the data's square, all without what the background explains.
 
-    Parameters
-    ----------
-    basis : ndarray, shape (n, terms)
-        Orthonormal terms of the background.
-    shapes : ndarray, shape (shapes, n)
-        Forces of contacts. A combination of the background's terms is not determined: its square is infinite.
-    data : ndarray, shape (n,)
-        Measured force.
+    `basis` has orthonormal terms of the background, shape (n, terms); a combination of them has an infinite square.
     """
     left = data - basis @ (basis.T @ data)
     reduced = shapes - (shapes @ basis) @ basis.T

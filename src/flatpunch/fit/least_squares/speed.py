@@ -16,13 +16,7 @@ from flatpunch.fit.parameters.settings import Settings
 
 
 def speed_of(curve: Curve, settings: Settings) -> Array | None:
-    """Speed of the cantilever's base [m/s] where the drag counts; each segment of the curve has its own.
-
-    Raises
-    ------
-    CurveError
-        If the curve has no times.
-    """
+    """Speed of the cantilever's base [m/s] where the drag counts, of each segment its own; CurveError without times."""
     if settings.drag == 0:
         return None
     if curve.time is None:
@@ -71,13 +65,6 @@ def shows_drag(curves: Sequence[Curve], settings: Settings) -> bool:
     """Whether drag as large as the whole range of the force would be clear of noise, beside the other terms of the background.
 
     At one speed drag is a constant force, the baseline. What the speed varies by counts as far as it is clear of its own noise.
-
-    Parameters
-    ----------
-    curves : sequence of Curve
-        Parts of a record with the same background.
-    settings : Settings
-        What is fitted besides.
     """
     varying, noise, places = [], [], []
     for curve in curves:

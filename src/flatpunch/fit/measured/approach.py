@@ -129,9 +129,10 @@ def approach_of(curve: Curve, direction: Direction = "auto", *, first: bool = Fa
             raise CurveError(
                 f"{curve.name}: the {name} is {column[0]:.4g} {unit} at every point; is this the right column?"
             )
-    read = curve.position if curve.meta.get("piezo") else curve.depth
-    leap = np.abs(read - (calm := without_spikes(read, 1)))
-    if leap.max() > np.ptp(calm):
+    # a force that is far off moves only one of them
+    leaps = [(np.abs(c - (calm := without_spikes(c, 1))), float(np.ptp(calm))) for c in (curve.position, curve.depth)]
+    leap = min((size for size, _ in leaps), key=np.max)
+    if all(size.max() > way for size, way in leaps):
         raise CurveError(
             f"{curve.name}: the depth of reading {int(np.argmax(leap))}, counted from 0, is {text(float(leap.max()), 'm')} away "
             "from its neighbours, farther than all others are apart: was a decimal mark lost? Correct or drop this row."
@@ -267,9 +268,10 @@ def _parts(curve: Curve) -> tuple[int, int, str]:
     if curve.segment is not None and np.ptp(curve.segment) > 0:
         edges = list(pairwise(_edges(curve.segment)))
         at = int(np.argmax([position[b - 1] - position[a] for a, b in edges]))
-        return edges[at][1], _leaves(curve, edges[at + 1 :]), "the segment of the file in which the tip advances most"
-    # pauses are short of the largest position by noise only, and are no approach
-    end = int(np.argmax(position >= float(position.max()) - near)) + 1
+        begin, last = edges[at]
+        end, leaves = begin + _arrives(position[begin:last], near), _leaves(curve, edges[at + 1 :])
+        return end, leaves, "the segment of the file in which the tip advances most"
+    end = _arrives(position, near)
     leaves = max(int(np.flatnonzero(position >= float(position.max()) - 2 * near)[-1]) + 1, end)
     if (stops := _load_stops(curve, end)) < end:
         return (
@@ -280,6 +282,11 @@ def _parts(curve: Curve) -> tuple[int, int, str]:
     if (rests := _rests(curve, end)) < end:
         return rests, leaves, "up to where the tip rests (a pause in which it creeps on)"
     return end, leaves, "up to the deepest position"
+
+
+def _arrives(position: Array, near: float) -> int:
+    """Readings up to the first at the largest position; those of a pause are short of it by noise only, and are no approach."""
+    return int(np.argmax(position >= float(position.max()) - near)) + 1
 
 
 def _leaves(curve: Curve, later: list[tuple[int, int]]) -> int:
@@ -345,7 +352,8 @@ def _load_stops(curve: Curve, end: int) -> int:
     near = np.flatnonzero(calm >= float(calm.max()) - 4 * noise)
     reached, last = int(near[0]), int(near[-1])
     if last - reached > 1:
-        begin = max(2 * reached - last, 0)
+        # the upper half of a ramp of load is straight, what is before the contact is not
+        begin = max(2 * reached - last, int(np.argmax(calm >= (calm.min() + calm.max()) / 2)))
         reached = max(reached, begin + _bend(calm[begin : last + 1]))
     if reached < FEWEST or (rest := end - 1 - reached) < 3:
         return end

@@ -14,6 +14,7 @@ from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST
 from flatpunch.fit.measured.signal import (
     CLEAR,
+    EXACT,
     converter_step,
     noise_of,
     noise_of_readings,
@@ -24,6 +25,9 @@ from flatpunch.fit.measured.signal import (
 
 RARE = 1e-3
 """Probability with which noise alone makes a drop somewhere in a curve; twice as much lowers the smallest drop by 2 %."""
+
+RISEN = 0.1
+"""Share of the largest force below which a rise is none of a contact."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +63,13 @@ class Drop:
         )
 
 
-def _edge() -> Array:
-    """Weights of two times FEWEST readings whose sum is a step in their middle.
+def _edge(count: int = FEWEST) -> Array:
+    """Weights of two times so many readings whose sum is a step in their middle.
 
     Straight lines through the readings on either side are extended to the step, so that neither a slope nor a corner is one.
     """
-    along = np.arange(FEWEST) - (FEWEST - 1) / 2
-    side = 1 / FEWEST + FEWEST / 2 * along / float(along @ along)
+    along = np.arange(count) - (count - 1) / 2
+    side = 1 / count + count / 2 * along / float(along @ along)
     return np.append(-side, side[::-1])
 
 
@@ -123,8 +127,7 @@ def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
         pairs = (means.size / count) ** 2 / 2
         least, rise = float(-ndtri(RARE / pairs) * np.sqrt(2) * own), float(means.max())
         top, risen = np.maximum.accumulate(means), np.maximum.accumulate(means - np.minimum.accumulate(means))
-        # share of the rise, and noise levels, below which a rise is none of a contact
-        fall = np.where(risen > max(least, 0.1 * rise), top - means, 0.0)
+        fall = np.where(risen > max(least, RISEN * rise), top - means, 0.0)
         # of several drops the first that is half as large as the largest
         fallen = fall > max(least, float(fall.max()) / 2)
         if fallen.any():
@@ -138,6 +141,62 @@ def drop_of(read: Array, over: Array, free: Flags, noise: float) -> Drop | None:
                 found.append(Drop(at, float(means[at]) - lowest, rise))
     drop = max(found, key=lambda drop: drop.size, default=None)
     return drop and replace(drop, gradual=_falls_steadily(over[drop.at :]))
+
+
+def last_drop(over: Array, calm: Array, noise: float) -> Drop | None:
+    """A fall among the last readings of a force over its background, where `breaks` has too few readings behind it.
+
+    A parabola with a step before three to FEWEST last readings is compared with one that ends in a constant, a saturated
+    detector. Noise is that of the readings [N], a slower one, or what the parabola leaves.
+    Single readings far off are those of the running median.
+    """
+    noise = max(noise, noise_near(over))
+    force = np.where(np.abs(over - calm) > CLEAR * noise, calm, over)[-3 * FEWEST :]
+    if force.size < 3 * FEWEST:
+        return None
+    along = np.arange(force.size) / force.size
+    fallen = _described([(along, along > along[-m - 1]) for m in range(3, FEWEST + 1)], force)
+    flat = _described([(np.minimum(along, along[-m - 1]), np.zeros(force.size)) for m in range(3, 2 * FEWEST)], force)
+    left, last, step, error = min(fallen)
+    error *= max(noise, float(np.sqrt(left / force.size)), EXACT * float(over.max()))
+    # the criterion counts the step as one parameter more
+    if -step < CLEAR * error or min(flat)[0] - left < max(noise**2, left / force.size) * np.log(force.size):
+        return None
+    return Drop(over.size - 4 - last, -step, float(over.max()))
+
+
+def _described(shapes: list[tuple[Array, Array]], force: Array) -> list[tuple[float, int, float, float]]:
+    """Sum of squares, number of the shape, step and its error over the noise, of parabolas with a step."""
+    found = []
+    for i, (along, step) in enumerate(shapes):
+        columns = np.column_stack([step, np.ones(force.size), along, along**2])
+        x = np.linalg.lstsq(columns, force, rcond=None)[0]
+        left = force - columns @ x
+        error = float(np.sqrt(np.linalg.pinv(columns.T @ columns)[0, 0]))
+        found.append((float(left @ left), i, float(x[0]), error))
+    return found
+
+
+def weak_drop(read: Array, over: Array, noise: float) -> Drop | None:
+    """The first fall of a force over its background that hardly leaves the noise, by straight lines through more readings.
+
+    It is looked for above the bend where a contact begins. Means of more readings have less noise, but as much rounding.
+    """
+    count, begin = 4 * FEWEST, int(np.argmax(over > RISEN * over.max()))
+    if over.size - begin < 4 * count:
+        return None
+    edge, rounding = _edge(count), converter_step(read) / np.sqrt(12)
+    found = np.correlate(over[begin:], edge, "valid")
+    least = CLEAR * max(spread_of(found), noise * float(np.linalg.norm(edge)), rounding, EXACT * float(over.max()))
+    if not (fallen := found < -max(least, -float(found.min()) / 2)).any():
+        return None
+    first = int(np.argmax(fallen))
+    at = first + int(np.argmin(found[first : first + count]))
+    # a corner, as where a detector saturates, is seen as a step beside it
+    before, after = over[begin + at + count - FEWEST :][: 2 * FEWEST].reshape(2, FEWEST).mean(axis=1)
+    if before - after < CLEAR * noise * np.sqrt(2 / FEWEST):
+        return None
+    return Drop(begin + at + count - 1, -float(found[at]), float(over.max()))
 
 
 def _falls_steadily(force: Array) -> bool:

@@ -43,12 +43,15 @@ def converter_step(force: Array) -> float:
     if np.unique(few).size > 0.5 * few.size:
         return 0.0
     levels = np.unique(force)
-    if levels.size > 0.5 * force.size or levels.size < 2:
-        return 0.0
-    gaps = np.diff(levels)
     # levels that differ by rounding are one
-    gaps = gaps[gaps > EXACT * float(np.abs(levels).max())]
-    return float(gaps.min()) if gaps.size else 0.0
+    exact = EXACT * float(np.abs(levels).max())
+    gaps = np.diff(levels)
+    if not (gaps := gaps[gaps > exact]).size:
+        return 0.0
+    step, above = float(gaps.min()), levels - levels[0]
+    # readings of a steep force differ as well, by whole steps
+    whole = np.abs(above - step * np.round(above / step)).max() <= 2 * exact
+    return step if whole or levels.size <= 0.5 * force.size else 0.0
 
 
 def noise_of(force: Array, step: float = 0.0) -> float:

@@ -137,12 +137,7 @@ def about_contact(result: FitResult) -> tuple[str, ...]:
 def tilt_note(other: str, moved: Mapping[str, tuple[float, Estimate]]) -> tuple[str, ...]:
     """A force without contact that is tilted, where a constant was asked for or would move a modulus out of its interval.
 
-    Parameters
-    ----------
-    other : str
-        The baseline that was not taken.
-    moved : mapping
-        By name: the modulus over the other baseline [Pa], and its estimate.
+    `moved` has by name the modulus over the `other` baseline [Pa], which was not taken, and its estimate.
     """
     asked = other == "linear"
     out = {name: (value, e) for name, (value, e) in moved.items() if asked or not e.low <= value <= e.high}

@@ -30,16 +30,10 @@ _NARROW = 0.03
 def by_profile(
     result: FitResult | JointResult, coarse: Unknowns | JointObjective | None = None, shared: Array | None = None
 ) -> dict[str, Estimate]:
-    """Estimates with intervals by the profile where they are needed.
+    """Estimates with intervals by the profile where those by the covariance do not do, on block means of the curve if `coarse`.
 
-    Parameters
-    ----------
-    result : FitResult
-        With intervals by the covariance.
-    coarse : Objective, optional
-        The same problem on block means, for speed.
-    shared : ndarray, shape (p, p), optional
-        Covariance from errors that all readings share, such as that of the calibration; the profile does not know of it.
+    `shared` is covariance (p, p) of errors that all readings share, such as that of the calibration; the profile does not know
+    of it.
     """
     estimates = dict(result.estimates)
     if result.settings.loss != "linear":

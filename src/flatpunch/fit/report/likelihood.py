@@ -168,14 +168,7 @@ def profile(result: Fitted, name: str, level: float | None = None, points: int =
 def ends_of(result: Fitted, name: str, coarse: Unknowns | JointObjective | None = None) -> tuple[float, float]:
     """Ends of the interval of one parameter by its profile, internal; infinite where the profile does not reach the threshold.
 
-    Parameters
-    ----------
-    result : Fitted
-        The fit.
-    name : str
-        One of `names`.
-    coarse : Objective, optional
-        The same problem on block means.
+    `coarse` is the same problem on block means.
     """
     from scipy.stats import t as student
 

@@ -25,13 +25,7 @@ def lmfit_name(name: str) -> str:
 
 
 def lmfit_problem(objective: Unknowns, found: Minimum, lower: Array, upper: Array) -> Any:
-    """`lmfit.Minimizer` of the residuals, in units of the curve's force range, with parameters that start at the minimum found.
-
-    Raises
-    ------
-    ValueError
-        If lmfit is not installed.
-    """
+    """`lmfit.Minimizer` of residuals in units of the curve's force range, from the minimum found; ValueError without lmfit."""
     try:
         import lmfit
     except ImportError:

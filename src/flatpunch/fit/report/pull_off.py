@@ -14,18 +14,8 @@ from flatpunch.fit.report.estimate import Estimate
 def pull_off_force(model: object, x: Array, spread: Array, reach: float) -> Estimate | None:
     """Pull-off force [N], positive, with the interval that the fitted parameters imply; None without adhesion.
 
-    Parameters
-    ----------
-    model : object
-        Of the fit.
-    x, spread : array, shapes (p,), (p, p)
-        Fitted internal parameters, those of the model first, and their covariance.
-    reach : float
-        Half width of the interval in standard errors.
-
-    Notes
-    -----
-    Where the force is smallest it does not change with the depth: its derivatives by the parameters are those at this depth.
+    Where the force is smallest it does not change with the depth: its derivatives by the parameters are those at this depth. x
+    and `spread` are the internal parameters, those of the model first, and their covariance; `reach` is in standard errors.
     """
     if not isinstance(model, AdhesiveModel):
         return None

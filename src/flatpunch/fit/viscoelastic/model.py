@@ -61,20 +61,7 @@ class HistoryModel(SampleParameters):
         return found
 
     def history(self, time: Array, depth: Array, theta: Array) -> Array:
-        """Force over time for any history of the depth, linear between the given times.
-
-        Parameters
-        ----------
-        time, depth : ndarray, shape (n,)
-            Times [s], ascending; depths [m], negative without contact.
-        theta : ndarray
-            Internal parameters.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Force [N].
-        """
+        """Force [N] over times [s], ascending, for any depths [m], linear in between and negative without contact."""
         if not (depth > 0).any():
             return np.zeros_like(depth)
         elastic = _Elastic(self.elastic, self._elastic_theta(theta))
@@ -83,20 +70,9 @@ class HistoryModel(SampleParameters):
     def behind(
         self, time: Array, piezo: Array, spring: float, theta: Array, guess: Array | None, *, once: bool = True
     ) -> tuple[Array, Array]:
-        """Depth and force behind a cantilever, for positions of its base over the contact point.
+        """Depth and force behind a cantilever of k [N/m], for positions of its base over the contact point [m] at times [s].
 
-        Parameters
-        ----------
-        time, piezo : ndarray, shape (n,)
-            Times [s], positions [m].
-        spring : float
-            k [N/m].
-        theta : ndarray
-            Internal parameters.
-        guess : ndarray, shape (n,), optional
-            Depths to start from.
-        once : bool
-            Whether the tip rises once and falls once; what of a trial does not is then levelled.
+        `guess` has depths to start from. The tip rises `once` and falls once: what of a trial does not is then levelled.
         """
         depth = piezo.copy() if guess is None else guess
         law, elastic = self.relaxation(theta), _Elastic(self.elastic, self._elastic_theta(theta))

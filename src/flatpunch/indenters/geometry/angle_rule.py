@@ -119,19 +119,9 @@ def _nodes(breaks: list[float], size: int) -> tuple[Array, Array]:
 
 
 def panel_rule(edges: Array, order: int) -> tuple[Array, Array]:
-    """Gauss points and weights on panels.
+    """Gauss points and weights, shape (n, points), on the panels of n integrals between ascending `edges`, shape (n, panels + 1).
 
-    Parameters
-    ----------
-    edges : ndarray, shape (n, panels + 1)
-        Ends of the panels of n integrals, ascending; panels of some may be empty where those of others are not.
-    order : int
-        Products of two harmonics up to it are integrated at rounding.
-
-    Returns
-    -------
-    points, weights : ndarray, shape (n, points)
-        In the units of `edges`.
+    Panels of some integrals may be empty where those of others are not; products of two harmonics up to `order` are exact.
     """
     half, parts = np.diff(edges, axis=1) / 2, []
     for panel, widest in enumerate(half.max(axis=0)):
@@ -157,21 +147,9 @@ def _means(indenter: Indenter, radii: Array, phi: Array, weights: Array) -> tupl
 
 
 def harmonics(values: Array, phi: Array, weights: Array, order: int) -> tuple[Array, Array]:
-    """Angular harmonics: values = v_0 + sum_m v_m cos m phi + w_m sin m phi.
+    """Angular harmonics v, w: values = v_0 + sum_m v_m cos m phi + w_m sin m phi, shape (..., order + 1); w_0 = 0.
 
-    Parameters
-    ----------
-    values : ndarray, shape (..., n)
-        Function at the angles `phi`.
-    phi, weights : ndarray, shape (n,)
-        From `angular_rule`.
-    order : int
-        Highest harmonic.
-
-    Returns
-    -------
-    v, w : ndarray, shape (..., order + 1)
-        v[..., 0] is the mean and w[..., 0] zero.
+    Angles and weights are those of `angular_rule`.
     """
     m = np.arange(order + 1)
     scaled = np.where(m == 0, 1.0, 2.0) * weights[:, None]

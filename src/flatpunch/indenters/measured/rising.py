@@ -35,20 +35,7 @@ class Fall:
 
 
 def first_fall(indenter: Indenter, reach: float | None = None) -> Fall | None:
-    """Look for the first place where the height does not rise along a ray.
-
-    Parameters
-    ----------
-    indenter : Indenter
-        The tip; flat ends count as falling.
-    reach : float, optional
-        Largest radius of interest [m]; that of the indenter by default.
-
-    Returns
-    -------
-    Fall or None
-        None if the tip rises along 360 rays at 400 radii each.
-    """
+    """First place within `reach` [m] where the height does not rise along one of 360 rays, at 400 radii; flat ends count."""
     end = indenter.reach if reach is None else reach
     if not np.isfinite(end):
         end = 1.0

@@ -25,17 +25,7 @@ _FAR = 5.0
 
 
 def smoothed_heights(r: Array, f: Array, width: float, cuts: list[int]) -> Array:
-    """Heights that rise from zero at the apex [m].
-
-    Parameters
-    ----------
-    r, f : array, shape (n,)
-        Radii and measured heights [m].
-    width : float
-        Standard deviation of the Gaussian [m].
-    cuts : list of int
-        Points at which the slope jumps.
-    """
+    """Measured heights [m], smoothed by a Gaussian of `width` [m] and rising from zero at the apex; slopes jump at `cuts`."""
     total, count = np.zeros(r.size), np.zeros(r.size)
     for i, j in pairwise([0, *cuts, r.size - 1]):
         part = slice(i, j + 1)
@@ -70,15 +60,7 @@ def what_smoothing_changed(width: float, change: Array) -> str:
 def change_of_force(
     slope: Callable[[Array], Array], other: Callable[[Array], Array], reach: float
 ) -> tuple[float, float]:
-    """Largest relative change of the force on a half-space at equal depth from one tip to another, and the depth where it is [m].
-
-    Parameters
-    ----------
-    slope, other : callable
-        Radius [m] -> slope of either tip.
-    reach : float
-        Largest contact radius [m].
-    """
+    """Largest relative change of the half-space force between two slopes at equal depth up to a radius [m], and its depth [m]."""
     (depth, force), (depths, forces) = (_curve(each, reach) for each in (slope, other))
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.exp(np.interp(np.log(depth), np.log(depths), np.log(forces))) / force

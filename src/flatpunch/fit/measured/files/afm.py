@@ -19,9 +19,9 @@ from flatpunch._support.checks import shown
 from flatpunch._support.paths import Plain
 from flatpunch.fit.measured.calibration import Constants, calibrated
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.nanosurf import nanosurf_curves
-from flatpunch.fit.measured.ntmdt import free_tip_first
-from flatpunch.fit.measured.unpacked import unpacked
+from flatpunch.fit.measured.files.nanosurf import nanosurf_curves
+from flatpunch.fit.measured.files.ntmdt import free_tip_first
+from flatpunch.fit.measured.files.unpacked import unpacked
 
 
 class UnknownFormat(CurveError):

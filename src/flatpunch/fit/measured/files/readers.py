@@ -35,13 +35,13 @@ from flatpunch.fit.measured.columns import (
     with_columns,
 )
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.files.text import text_tables
+from flatpunch.fit.measured.files.unpacked import unpacked
 from flatpunch.fit.measured.records import records_in
 from flatpunch.fit.measured.sides import without_sides
-from flatpunch.fit.measured.text import text_tables
-from flatpunch.fit.measured.unpacked import unpacked
 
 if TYPE_CHECKING:
-    from flatpunch.fit.measured.afm import AfmFile
+    from flatpunch.fit.measured.files.afm import AfmFile
 
 EXCEL = (".xls", ".xlsx", ".xlsm")
 AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5", ".nid")
@@ -94,8 +94,8 @@ def read_curve(
     calibration : mapping, optional
         Relative standard deviations of "spring_constant" and "sensitivity"; they enter the intervals of a fit.
     **afm
-        For microscope files, see `flatpunch.fit.measured.afm.read_afm`: sensitivity, height. A text file for which a height is
-        given is read as a microscope's, and so is one with a sensitivity unless it has a column of deflections.
+        For microscope files, see `flatpunch.fit.measured.files.afm.read_afm`: sensitivity, height. A text file for which a
+        height is given is read as a microscope's, and so is one with a sensitivity unless it has a column of deflections.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def _opened(
         tables = tables_in(path, columns, decimal, sheet)
         if "sensitivity" not in afm or any("deflection" in _roles(table, columns) for table in tables):
             return tables
-    from flatpunch.fit.measured.afm import AfmFile, UnknownFormat
+    from flatpunch.fit.measured.files.afm import AfmFile, UnknownFormat
 
     _check_size(path)
     try:
@@ -250,7 +250,7 @@ def _kept(
     if kind == ".zip":
         return _zipped(path, wanted, decimal)
     if kind in EXCEL:
-        from flatpunch.fit.measured.excel import excel_tables
+        from flatpunch.fit.measured.files.excel import excel_tables
 
         tables = with_columns(excel_tables(path, sheet), wanted, path)
     else:

@@ -1,0 +1,1 @@
+"""Files of instruments, a module for each format; `readers` chooses."""
