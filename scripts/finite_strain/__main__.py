@@ -198,7 +198,7 @@ def rounded_places() -> list[Quadruple]:
 
 
 def caps() -> list[float]:
-    """Share of the next order in the ratio of rounded cones, by least squares, and the largest that the points need besides."""
+    """Share of the next order in the ratio of rounded cones, by least squares, and what compressible points need besides."""
     path, found = Path(__file__).parent / "points_rounded.jsonl", []
     known = (
         {tuple(row["place"]): row for row in map(json.loads, path.read_text().splitlines())} if path.exists() else {}
@@ -213,12 +213,12 @@ def caps() -> list[float]:
         row = known[place]
         at = place_of(Linear(Law(poisson), thickness).medium, RoundedCone(angle, 1.0).shape)
         assert isinstance(at, Capped)
-        ratio, error, term = (float(each[0]) for each in at.parts(np.array([depth * row["depth"]])))
-        found.append((ratio - row["ratio"], error, term))
-        print("rounded", place, "off {:+.1e} tables {:.1e} next order {:.1e}".format(*found[-1]), flush=True)
-    off, error, term = np.array(found).T
+        ratio, error, between = (float(each[0]) for each in at.parts(np.array([depth * row["depth"]])))
+        found.append((ratio - row["ratio"], error, between * at.beyond_second_order, between * of_poisson(poisson) ** 2))
+        print("rounded", place, "off {:+.1e} tables {:.1e} next order {:.1e}".format(*found[-1][:3]), flush=True)
+    off, error, term, compressible = np.array(found).T
     share = float(off @ term / (term @ term))
-    return [share, float(np.max((np.abs(off - share * term) - error) / term, initial=0.0))]
+    return [share, float(np.max((np.abs(off - share * term) - error) / compressible, initial=0.0))]
 
 
 def main(families: list[str]) -> None:
