@@ -56,7 +56,9 @@ def test_preview_says_what_is_taken_for_what():
     assert found["roles"] == {"depth": 0, "force": 1}
     assert found["columns"] == [["depth", "nm"], ["force", "nN"]]
     assert found["count"] == 1
-    assert len(found["curve"]["depth"]) == len(found["curve"]["force"]) == found["curve"]["points"] == 800
+    assert found["points"] == 800
+    parts = {each["name"]: len(each["depth"]) for each in found["traces"]}
+    assert parts == {"approach": 800, "baseline": 800, "contact": 2}
 
 
 def test_columns_are_chosen_in_the_form():
@@ -138,8 +140,8 @@ def test_large_files_are_read(size):
     upload = Upload("large.csv", "\n".join(many).encode())
     assert len(upload.content) > 0.9 * size
     found = preview(gel(), upload)
-    assert found["curve"]["points"] > size / 16
-    assert len(found["curve"]["depth"]) <= 1500
+    assert found["points"] > size / 16
+    assert all(len(each["depth"]) <= 1500 for each in found["traces"])
 
 
 def test_names_of_uploads_lead_nowhere(tmp_path):

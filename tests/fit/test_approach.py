@@ -9,7 +9,7 @@ import flatpunch as fp
 from flatpunch.fit import Curve, CurveError, fit, read_curve
 from flatpunch.fit.case import read_fit_case
 from flatpunch.fit.measured.approach import approach_of
-from flatpunch.fit.reading import reading_of
+from flatpunch.fit.reading import reading_of, traces
 from flatpunch.indenters import Cone, Paraboloid
 from flatpunch.media import HalfSpace
 
@@ -271,3 +271,13 @@ def test_a_reading_has_all_that_was_found():
     assert any(line.startswith("refused: ") for line in lines)
     assert "direction = 'growing'" in lines[-1]
     assert fp.plot_measured(flat).get_title().endswith("refused")
+
+
+def test_pictures_show_what_is_behind_a_drop_as_left_out():
+    depth = np.linspace(-1e-6, 1e-6, 600)
+    force = 1e-9 * np.maximum(depth / 1e-6, 0) ** 1.5
+    force[570:] -= 1.5e-10
+    noise = 1e-13 * np.random.default_rng(0).normal(size=depth.size)
+    shown = {name: position for name, position, _ in traces(reading_of(Curve(depth, force + noise)))}
+    assert shown["left out"].size == 30 and shown["baseline"].size == 570
+    assert shown["contact"] == pytest.approx(0, abs=1e-8)

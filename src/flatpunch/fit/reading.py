@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array
@@ -32,6 +33,20 @@ OVERRIDES = (
     "Overrides: direction = 'growing' or 'falling' (which way the depth goes on the approach), depth_to and force_to (fit less "
     "of the curve), segment, baseline; in a case file under [fit]."
 )
+
+
+_PARTS = ("before", "approach", "hold", "retract", "further cycles")
+"""Names of the parts of a curve, in order."""
+
+_DOTS: dict[str, Any] = {"marker": ".", "ls": "", "ms": 3}
+_DRAWN: dict[str, dict[str, Any]] = {
+    "measured": {**_DOTS, "color": PALE},
+    **{n: {**_DOTS, "color": c} for n, c in zip(_PARTS, (GREY, PALE, "black", ORANGE, GREY), strict=True)},
+    "baseline": {"color": BLUE, "lw": 1.0},
+    "contact": {"color": GREY, "lw": THIN, "ls": ":"},
+    "left out": {"marker": "x", "ls": "", "ms": 4, "color": GREY},
+}
+"""How a picture draws what it shows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,23 +148,9 @@ def plot_measured(curve: Curve, case: FitCase | None = None, axes: Axes | None =
     instance("curve", curve, (Curve,), "a Curve, as `read_curve` returns it")
     reading = reading_of(curve, case)
     drawn = axes_or_new(axes)
-    found = reading.approach
-    whole = curve if found is None else found.whole
-    (far, length), (strong, newton) = scale_of(whole.depth, "m"), scale_of(whole.force, "N")
-    for (begin, end), name, colour in _parts(whole, found):
-        drawn.plot(whole.depth[begin:end] * far, whole.force[begin:end] * strong, ".", ms=3, color=colour, label=name)
-    if reading.setup is not None:
-        start, part = _start(reading.setup), reading.setup.part
-        # the fit may have turned the sign of the force
-        sign = 1.0 if part.force[0] in whole.force else -1.0
-        level: Array = start["baseline"] + start["tilt"] * (part.position - part.position.min())
-        drawn.plot(part.depth * far, sign * level * strong, color=BLUE, lw=1.0, label="baseline")
-        drawn.axvline(start["contact"] * far, color=GREY, lw=THIN, ls=":", label="contact")
-        left = ~reading.setup.used
-        if left.any():
-            drawn.plot(
-                part.depth[left] * far, sign * part.force[left] * strong, "x", ms=4, color=GREY, label="left out"
-            )
+    (far, length), (strong, newton) = scale_of(curve.depth, "m"), scale_of(curve.force, "N")
+    for name, depth, force in traces(reading):
+        drawn.plot(depth * far, force * strong, label=name, **_DRAWN[name])
     drawn.set_xlabel(f"position of the tip ({length})")
     drawn.set_ylabel(f"normal force $F$ ({newton})")
     drawn.set_title(curve.name if reading.setup is not None else f"{curve.name}: refused")
@@ -165,11 +166,26 @@ def measured_figure(curve: Curve, case: FitCase | None = None, *, style: StyleNa
     return figure
 
 
-def _parts(whole: Curve, found: Approach | None) -> list[tuple[tuple[int, int], str, str]]:
-    """Points, names and colours of the parts of a curve."""
+def traces(reading: Reading) -> list[tuple[str, Array, Array]]:
+    """Names, positions [m] and forces [N] of what a picture of a reading shows: parts, baseline, contact, what is left out."""
+    found = reading.approach
     if found is None:
-        return [((0, whole.depth.size), "measured", PALE)]
+        return [("measured", reading.curve.depth, reading.curve.force)]
+    whole = found.whole
     ends = [0, found.begin, found.end, found.leaves, found.stop, whole.depth.size]
-    names = ["before", "approach", "hold", "retract", "further cycles"]
-    colours = [GREY, PALE, "black", ORANGE, GREY]
-    return [(span, n, c) for span, n, c in zip(pairwise(ends), names, colours, strict=True) if span[1] > span[0]]
+    shown = [(n, whole.depth[i:j], whole.force[i:j]) for n, (i, j) in zip(_PARTS, pairwise(ends), strict=True) if j > i]
+    if reading.setup is None:
+        return shown
+    start, part, left = _start(reading.setup), reading.setup.part, ~reading.setup.used
+    # the fit may have turned the sign of the force
+    sign = 1.0 if part.force[0] in whole.force else -1.0
+    level = start["baseline"] + start["tilt"] * (part.position - part.position.min())
+    ends_of_force = np.array([whole.force.min(), whole.force.max()])
+    shown += [("baseline", part.depth, sign * level), ("contact", np.full(2, start["contact"]), ends_of_force)]
+    unused = [(part.depth[left], sign * part.force[left])]
+    rest = slice(found.begin + part.depth.size, found.end)
+    if np.array_equal(whole.depth[found.begin : rest.start], part.depth):
+        # behind a drop, or cut off
+        unused.append((whole.depth[rest], whole.force[rest]))
+    depth, force = map(np.concatenate, zip(*unused, strict=True))
+    return shown + ([("left out", depth, force)] if depth.size else [])

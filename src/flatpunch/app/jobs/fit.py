@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flatpunch._support.checks import Array
 from flatpunch._support.messages import message
 from flatpunch._support.paths import Plain
 from flatpunch._support.progress import reporting
@@ -32,7 +33,7 @@ from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.files.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
 from flatpunch.fit.models import forget_models
 from flatpunch.fit.places import listed, on_grid
-from flatpunch.fit.reading import reading_of
+from flatpunch.fit.reading import reading_of, traces
 from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult
@@ -65,7 +66,13 @@ def preview(fields: Mapping[str, str], upload: Upload) -> Plain:
                 curve = curve_of(tables[0], path.stem, **{name: reading.get(name) for name in _OF_TABLES})
             else:
                 curve = read_curve(path, **reading)
-        return {**found, "curve": _drawn(curve), "read": list(reading_of(curve, _whole_case(fields)).lines)}
+        seen = reading_of(curve, _whole_case(fields))
+        return {
+            **found,
+            "points": curve.depth.size,
+            "traces": [_drawn(*each) for each in traces(seen)],
+            "read": list(seen.lines),
+        }
     except CurveError as error:
         return {**found, "problems": [{"field": "upload", "text": str(error)}]}
     except Exception as error:
@@ -209,10 +216,9 @@ def _number(value: float | None, name: str) -> str:
     return "–" if value is None else quantity(float(value), unit_of(name))
 
 
-def _drawn(curve: Curve) -> Plain:
-    chosen = spread(curve.depth.size, DRAWN.points)
-    found = {"depth": short(curve.depth[chosen]), "force": short(curve.force[chosen]), "points": curve.depth.size}
-    return found if curve.time is None else {**found, "time": short(curve.time[chosen])}
+def _drawn(name: str, depth: Array, force: Array) -> Plain:
+    chosen = spread(depth.size, DRAWN.points)
+    return {"name": name, "depth": short(depth[chosen]), "force": short(force[chosen])}
 
 
 def drift_over_depth(fields: Mapping[str, str], kept: bytes, step: int) -> Plain:

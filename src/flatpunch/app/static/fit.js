@@ -7,6 +7,17 @@ import { element, field } from "./fields.js";
 const MOST = 50e6; // bytes of a file
 const ROLES = ["depth", "force", "piezo", "deflection", "time"];
 
+const DRAWN = {
+  measured: { colour: "var(--one)", points: 1.6 },
+  before: { colour: "var(--grey)", points: 1.6 },
+  approach: { colour: "var(--one)", points: 1.6 },
+  hold: { colour: "var(--ink)", points: 1.6 },
+  retract: { colour: "var(--two)", points: 1.6 },
+  "further cycles": { colour: "var(--grey)", points: 1.6 },
+  baseline: { colour: "var(--four)", width: 1.5 },
+  contact: { colour: "var(--grey)", width: 1.5, dash: "3 3" },
+  "left out": { colour: "var(--three)", points: 2.2 },
+}; // how the picture of a reading draws its parts
 let box = null; // where the preview is
 let asked = ""; // for which the preview was asked
 let unread = []; // what the preview found wrong with the file
@@ -127,13 +138,13 @@ function showPreview(found) {
   }
   box.className = "card preview";
   box.replaceChildren(...parts);
-  if (found.curve) {
+  if (found.traces) {
     lines(picture, {
       x: { label: "position as measured", unit: "m", zero: false },
       y: { label: "force", unit: "N", zero: false },
-      series: [{ x: found.curve.depth, y: found.curve.force, colour: "var(--one)", points: 1.6, label: `measured, ${found.curve.points} points` }],
-      height: 220,
-      title: "Curve as measured",
+      series: found.traces.map(({ name, depth, force }) => ({ x: depth, y: force, label: name, ...DRAWN[name] })),
+      height: 260,
+      title: "Curve as it was read",
     });
   }
 }
