@@ -123,7 +123,7 @@ class Capped:
         )
 
     def parts(self, depth: Array) -> tuple[Array, Array, Array]:
-        """Ratio of second order beyond the cap, what the tables add to its error, and how far both cap and cone are, (n,) each."""
+        """Ratio of second order beyond the cap, what the tables add to its error, and the distance to both, (n,) each."""
         sharp = depth + self.lost
         t = np.minimum(self.whole / sharp, 1.0)
         cap, cap_error = self._sphere(self.radius / t, self.end_of_cap / t)

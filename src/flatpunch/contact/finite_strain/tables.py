@@ -112,7 +112,7 @@ def tables() -> dict[str, Table]:
 
 @byte_cached
 def next_order() -> tuple[float, float]:
-    """Share of the term of next order in the ratio of rounded cones (`Capped`), and how much of it points differ by besides."""
+    """Share of the term of next order in the ratio of rounded cones (`Capped`), and error at the least Poisson ratio besides."""
     share, spread = _file()["caps"]
     return share, spread
 
