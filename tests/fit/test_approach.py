@@ -279,5 +279,6 @@ def test_pictures_show_what_is_behind_a_drop_as_left_out():
     force[570:] -= 1.5e-10
     noise = 1e-13 * np.random.default_rng(0).normal(size=depth.size)
     shown = {name: position for name, position, _ in traces(reading_of(Curve(depth, force + noise)))}
-    assert shown["left out"].size == 30 and shown["baseline"].size == 570
+    assert shown["left out"].size == 30
+    assert shown["baseline"].size == 570
     assert shown["contact"] == pytest.approx(0, abs=1e-8)
