@@ -24,7 +24,7 @@ from support.large_strain import GEL, LAW, H
         (GEL, fp.Paraboloid(1e-5), {"depth": 1e-7}, "the tip is Paraboloid"),
         (GEL, fp.Cone(np.radians(9)), {"depth": 1e-7}, "inclined by 10 to 60 degrees; here it is 9 degrees"),
         (GEL, fp.Cone(np.radians(70)), {"depth": 1e-7}, "inclined by 10 to 60 degrees; here it is 70 degrees"),
-        (fp.HalfSpace(5e3, 0.3), fp.Cone(0.5), {"depth": 1e-7}, "Poisson ratios from 0.45 to 0.5 under this tip; here"),
+        (fp.HalfSpace(5e3, 0.3), fp.Cone(0.5), {"depth": 1e-7}, "Poisson ratios from 0.4 to 0.5; here"),
         (
             GEL,
             fp.Cone(0.5),
@@ -35,7 +35,7 @@ from support.large_strain import GEL, LAW, H
             fp.HalfSpace(5e3, 0.3),
             fp.Sphere(1e-5),
             {"depth": 1e-7},
-            "Poisson ratios from 0.4 to 0.5 under this tip; here it is 0.3",
+            "Poisson ratios from 0.4 to 0.5; here it is 0.3",
         ),
         (GEL, fp.Sphere(1e-3), {"depth": 1e-7}, "0.1 or more radii of the sphere; here it is 0.005"),
         (fp.Medium([GEL.layers[0]], base=fp.HalfSpace(1e9, 0.3)), fp.Sphere(1e-5), {"depth": 1e-7}, "RigidBase"),

@@ -132,8 +132,8 @@ def indent(
         otherwise.
     finite_strain : {"neo-hookean"}, optional
         Corrects forces and stiffnesses for large strains, on a half-space or one bonded layer on a rigid base, at depths up to
-        half of the thickness: under a Sphere (nu >= 0.4, depths up to the radius on half-spaces), a Cone of 10 to 60 degrees and
-        a SpheroCone (nu >= 0.45). Under sharp pyramids it is estimated by the cone with the same areas. The result
+        half of the thickness and Poisson ratios from 0.4 on: under a Sphere (on half-spaces down to its radius), a Cone of 10 to
+        60 degrees and a SpheroCone. Under sharp pyramids it is estimated by the cone with the same areas. The result
         has `strain_factor`, force over that of linear theory, and its error in `force_error`; radius, area and contour are those
         of linear theory.
 

@@ -115,18 +115,21 @@ class Capped:
 
     def _flank(self, depth: Array) -> tuple[Array, Array]:
         """Ratio and error at depths beyond the end of the cap, shape (n,)."""
-        ratio, error, term = self.parts(depth)
+        ratio, error, between = self.parts(depth)
         share, spread = next_order()
-        return ratio - share * term, error + spread * term
+        return (
+            ratio - share * self.beyond_second_order * between,
+            error + spread * of_poisson(self.poisson) ** 2 * between,
+        )
 
     def parts(self, depth: Array) -> tuple[Array, Array, Array]:
-        """Ratio of second order beyond the cap, what the tables add to its error, and the next order, shape (n,) each."""
+        """Ratio of second order beyond the cap, what the tables add to its error, and the distance to both, (n,) each."""
         sharp = depth + self.lost
         t = np.minimum(self.whole / sharp, 1.0)
         cap, cap_error = self._sphere(self.radius / t, self.end_of_cap / t)
         cone, _, cone_error = self.cone.ratio(sharp)
-        term = 27 / 4 * t**2 * (1 - t) * self.beyond_second_order
-        return cone + t**3 * (cap - cone), t**3 * cap_error + (1 - t**3) * cone_error, term
+        between = 27 / 4 * t**2 * (1 - t)
+        return cone + t**3 * (cap - cone), t**3 * cap_error + (1 - t**3) * cone_error, between
 
     @property
     def beyond_second_order(self) -> float:
@@ -145,7 +148,7 @@ class Capped:
         y, deepest = of_radius(radius, self.thickness)
         x = np.sqrt(np.minimum(depth / deepest, 1.0))
         for family, here in (("thin", radius > self.thickness), ("thick", radius <= self.thickness)):
-            z = of_poisson(family, self.poisson)
+            z = of_poisson(self.poisson)
             ratio[here], _, error[here] = tables()[family].at(z, y[here], x[here])
         return ratio, error
 

@@ -118,7 +118,7 @@ def sphere_place(radius: float, poisson: float, thickness: float) -> Strained:
         raise beyond(f"layers of {THIN:g} or more radii of the sphere", f"{over:.7g} radii")
     family = "thin" if over < 1 else "thick"
     y, deepest = of_radius(np.array(radius), thickness)
-    return Strained(family, _of_poisson(family, poisson), float(y), float(deepest))
+    return Strained(family, _of_poisson(poisson), float(y), float(deepest))
 
 
 def of_radius(radius: Array, thickness: float) -> tuple[Array, Array]:
@@ -133,14 +133,14 @@ def of_radius(radius: Array, thickness: float) -> tuple[Array, Array]:
 def cone_place(indenter: Cone | Pyramid | FacetedPyramid, poisson: float, thickness: float) -> Strained:
     """Place of a sharp cone, or of the cone with the same areas as a pyramid."""
     *bounds, y = map(of_angle, _cones(indenter))
-    return Strained(CONES, _of_poisson(CONES, poisson), y, DEEP * thickness, tuple(bounds))
+    return Strained(CONES, _of_poisson(poisson), y, DEEP * thickness, tuple(bounds))
 
 
-def _of_poisson(family: str, poisson: float) -> float:
-    """Coordinate of a Poisson ratio of the table."""
-    if poisson < POISSON[family]:
-        raise beyond(f"Poisson ratios from {POISSON[family]:g} to 0.5 under this tip", f"{poisson:.10g}")
-    return of_poisson(family, poisson)
+def _of_poisson(poisson: float) -> float:
+    """Coordinate of a Poisson ratio of the tables."""
+    if poisson < POISSON:
+        raise beyond(f"Poisson ratios from {POISSON:g} to 0.5", f"{poisson:.10g}")
+    return of_poisson(poisson)
 
 
 def _cones(indenter: Cone | Pyramid | FacetedPyramid) -> tuple[float, ...]:

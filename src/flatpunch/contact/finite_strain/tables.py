@@ -31,8 +31,8 @@ DEEP = 0.5
 CONES, ANGLES = "sharp", (10.0, 60.0)
 """Name of the table of cones, and its angles between flank and surface [degrees]."""
 
-POISSON = {"thin": 0.4, "thick": 0.4, CONES: 0.45}
-"""Least Poisson ratio of each table."""
+POISSON = 0.4
+"""Least Poisson ratio."""
 
 SPHERES: dict[str, Callable[[float, float], tuple[float, float, float]]] = {
     "thin": lambda x, y: (DEEP * x**2, THIN ** (y - 1), 1.0),
@@ -51,14 +51,14 @@ def angle_at(y: float) -> float:
     return ANGLES[0] + (ANGLES[1] - ANGLES[0]) * y
 
 
-def poisson_at(family: str, z: float) -> float:
+def poisson_at(z: float) -> float:
     """Poisson ratio at a coordinate in [0, 1]: thin layers are soft by their compressibility, so that it is a root."""
-    return 0.5 - (0.5 - POISSON[family]) * z**2
+    return 0.5 - (0.5 - POISSON) * z**2
 
 
-def of_poisson(family: str, poisson: float) -> float:
+def of_poisson(poisson: float) -> float:
     """Inverse of `poisson_at`, for Poisson ratios of the table."""
-    return math.sqrt((0.5 - poisson) / (0.5 - POISSON[family]))
+    return math.sqrt((0.5 - poisson) / (0.5 - POISSON))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +112,7 @@ def tables() -> dict[str, Table]:
 
 @byte_cached
 def next_order() -> tuple[float, float]:
-    """Share of the term of next order in the ratio of rounded cones (`Capped`), and how much of it points differ by besides."""
+    """Share of the term of next order in the ratio of rounded cones (`Capped`), and error at the least Poisson ratio besides."""
     share, spread = _file()["caps"]
     return share, spread
 
