@@ -269,8 +269,11 @@ def _parts(curve: Curve) -> tuple[int, int, str]:
         edges = list(pairwise(_edges(curve.segment)))
         at = int(np.argmax([position[b - 1] - position[a] for a, b in edges]))
         begin, last = edges[at]
-        end, leaves = begin + _arrives(position[begin:last], near), _leaves(curve, edges[at + 1 :])
-        return end, leaves, "the segment of the file in which the tip advances most"
+        end = begin + _arrives(position[begin:last], near)
+        # a tip that goes on at its mean speed is as close for the last readings without a pause
+        if (last - end) * (position[last - 1] - position[begin]) <= near * (last - begin):
+            end = last
+        return end, _leaves(curve, edges[at + 1 :]), "the segment of the file in which the tip advances most"
     end = _arrives(position, near)
     leaves = max(int(np.flatnonzero(position >= float(position.max()) - 2 * near)[-1]) + 1, end)
     if (stops := _load_stops(curve, end)) < end:
