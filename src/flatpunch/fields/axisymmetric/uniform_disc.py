@@ -125,11 +125,11 @@ def _series(r: Array, z: Array) -> Array:
     rho = np.sqrt(1 + z * z)
     x = z / rho
     highest = 2 * _TERMS + 4
-    # moments int k^n J_1(k) exp(-kz) dk = (n - 1)! P_n'(x)/rho^(n + 2), from n = -1
-    moments = [1 / (rho + z), 1 / (rho * (rho + z))]
+    # moments int k^n J_1(k) exp(-kz) dk = (n - 1)! P_n'(x)/rho^(n + 2) times rho^(n + 2), which overflows far away, from n = -1
+    moments = [rho / (rho + z), rho / (rho + z)]
     legendre, slope = [np.ones_like(x), x], [np.zeros_like(x), np.ones_like(x)]
     for n in range(1, highest + 1):
-        moments.append(factorial(n - 1) * slope[n] / rho ** (n + 2))
+        moments.append(factorial(n - 1) * slope[n])
         legendre.append(((2 * n + 1) * x * legendre[n] - n * legendre[n - 1]) / (n + 1))
         slope.append((n + 1) * legendre[n] + x * slope[n])
     result = np.zeros((4, 3, r.size), dtype=z.dtype)
@@ -137,5 +137,5 @@ def _series(r: Array, z: Array) -> Array:
         for j in range(3):
             for s in range(_TERMS):
                 weight = (-1) ** s / (factorial(s) * factorial(m + s))
-                result[m, j] += weight * (r / 2) ** (m + 2 * s) * moments[j + m + 2 * s]
+                result[m, j] += weight * (r / (2 * rho)) ** (m + 2 * s) * moments[j + m + 2 * s] / rho ** (j + 1)
     return result

@@ -33,6 +33,9 @@ _RAYS = 720
 _PLACES = np.linspace(-1, 1, 27)
 """Places of the grid along x and y over its half-widths."""
 
+_WIDER = 4
+"""Width of a grid over that of the one inside it: stresses at a distance vary over that distance."""
+
 
 _ROUNDS, _FINER = 3, 3.0
 """Rounds of refinement of a place, each finer by this factor."""
@@ -151,17 +154,17 @@ class CellSearch:
         z: Array,
         chosen: Callable[[Array, Array], list[Event]],
     ) -> list[Event]:
-        """Events at depths z of a layer, on grids of twice the width each."""
+        """Events at depths z of a layer, on grids that are each `_WIDER` than the one before."""
         halves, center = _half_widths(cells, depth), np.array(cells.center)
 
         def on_grid(n: int) -> list[Event]:
-            x, y = (middle + _PLACES * 2**n * half for middle, half in zip(center, halves, strict=True))
+            x, y = (middle + _PLACES * _WIDER**n * half for middle, half in zip(center, halves, strict=True))
             return chosen(*self._at(judged, i, cells, x, y, z))
 
         def at_edge(n: int, event: Event) -> bool:
-            return bool((np.abs(event.place[:2] - center) >= 2**n * halves * (1 - ROUNDING)).any())
+            return bool((np.abs(event.place[:2] - center) >= _WIDER**n * halves * (1 - ROUNDING)).any())
 
-        return outwards(on_grid, at_edge, math.ceil(math.log2(1 + bending(judged.body) / halves.min())) + 1)
+        return outwards(on_grid, at_edge, math.ceil(math.log(1 + bending(judged.body) / halves.min(), _WIDER)) + 1)
 
     def _at(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
         """Stresses in a layer on the product of x, y and depths z, shape (6, nx, ny, nz), and the places, (3, nx, ny, nz)."""
