@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import flatpunch as fp
 from flatpunch.contact.finite_strain.places import Strained
 from flatpunch.contact.finite_strain.tables import FILE, POISSON, SPHERES, THIN, of_poisson, tables
-from support.large_strain import GEL, LAW, POINTS, end_of_spheres, large
+from support.large_strain import GEL, LAW, POINTS, cone, end_of_spheres, large
 
 
 @pytest.mark.parametrize(
@@ -72,9 +72,9 @@ def test_factors_do_not_depend_on_units_and_end_in_linear_theory(poisson, over, 
     assert 0.89 < float(found.strain_factor[0]) < 1.3
 
 
-def test_forces_give_their_depths_back_and_stiffness_is_the_slope():
+@pytest.mark.parametrize("tip", [fp.Sphere(7e-6), *map(cone, (12.0, 35.0, 58.0))])
+def test_forces_give_their_depths_back_and_stiffness_is_the_slope(tip):
     depth = np.linspace(1e-7, 2.45e-6, 9)
-    tip = fp.Sphere(7e-6)
     curve = fp.indent(GEL, tip, depth=depth, finite_strain=LAW)
     back = fp.indent(GEL, tip, force=curve.force.values, finite_strain=LAW)
     assert back.depth.values == pytest.approx(depth, rel=1e-9)

@@ -14,6 +14,11 @@ Word = TypeVar("Word", bound=str)
 Kind = TypeVar("Kind")
 
 
+def follows(value: object, *kinds: type) -> bool:
+    """Whether a value is what its annotation says; callers need not follow it, and type checkers take it for granted."""
+    return isinstance(value, kinds)
+
+
 def one_of(
     name: str,
     value: Word,
@@ -24,8 +29,7 @@ def one_of(
     error: type[ValueError] | None = None,
 ) -> Word:
     """Return a word that is among those known; else a BadValue, or `error`, lists these."""
-    # the annotation says so, callers need not follow it
-    if not isinstance(value, str) or value not in known:  # type: ignore[redundant-expr]
+    if not follows(value, str) or value not in known:
         wanted = BadValue(name, shown(value), f"{wrong}; it is one of {', '.join(map(repr, known))}. {hint}")
         raise wanted if error is None else error(str(wanted))
     return value

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from flatpunch._support.ceilings import CELLS
 from flatpunch._support.checks import Array, BadValue, non_negative, point, positive, shown, switch, whole
+from flatpunch._support.kinds import follows
 from flatpunch._support.readable import readable
 
 Mask = NDArray[np.bool_]
@@ -67,8 +68,7 @@ class Grid:
     mirrored: tuple[bool, bool] = (False, False)
 
     def __post_init__(self) -> None:
-        # the annotation says so, callers need not follow it
-        if not isinstance(self.mirrored, (tuple, list)) or len(self.mirrored) != 2:  # type: ignore[redundant-expr]
+        if not follows(self.mirrored, tuple, list) or len(self.mirrored) != 2:
             raise TypeError(
                 f"Grid.mirrored = {shown(self.mirrored)} must be a pair of True or False, one for each axis."
             )

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, Flags, shown, values
+from flatpunch._support.kinds import follows
 from flatpunch.indenters import RadialProfile
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -93,8 +94,7 @@ class Variables:
 
 def variables(medium: Body, indenter: Indenter, vary: Mapping[str, tuple[float, float]]) -> Variables:
     """Read what is varied; an error for names that are not there, and bounds that are none or do not hold the present value."""
-    # the annotation says so, callers need not follow it
-    if not isinstance(vary, Mapping) or not vary:  # type: ignore[redundant-expr]
+    if not follows(vary, Mapping) or not vary:
         raise TypeError(
             f"vary = {shown(vary)} must name the numbers to vary with their bounds, e.g. {{'layers[0].thickness': (1e-7, 1e-5)}}."
         )

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from flatpunch._support.checks import TINY, Array, positive, shown, whole
+from flatpunch._support.kinds import follows
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.curve import FEW_ANGLES, Control
@@ -140,8 +141,7 @@ def plan_scan(
     >>> print(len(plan_scan(gel, tips, ["layers[0].young"], depths=[2e-7, 5e-7], noise=2e-11).rows()))
     4
     """
-    # the annotation says so, callers need not follow it
-    if not isinstance(tips, Mapping) or not tips:  # type: ignore[redundant-expr]
+    if not follows(tips, Mapping) or not tips:
         raise TypeError(f"tips = {shown(tips)} must be a mapping of names to indenters, {{'bead': Sphere(5e-6)}}.")
     wanted = [positive("depths", depth, unit="m") for depth in depths]
     found: dict[tuple[str, float], Plan | str] = {}

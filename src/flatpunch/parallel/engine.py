@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from flatpunch._support.checks import shown, switch
+from flatpunch._support.kinds import follows
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.reading import as_path
 from flatpunch._support.threads import cores
@@ -143,8 +144,7 @@ def solve_points(
     {'small': '55.7 nN', 'large': '112.2 nN'}
     """
     named = dict(points) if isinstance(points, Mapping) else dict(enumerate(points))
-    # the annotation says so, callers need not follow it
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):  # type: ignore[redundant-expr]
+    if workers is not None and (isinstance(workers, bool) or not follows(workers, int) or workers < 1):
         raise ValueError(f"workers = {shown(workers)} must be a whole number > 0: that many processes solve points.")
     anew, retry_failed = switch("anew", anew), switch("retry_failed", retry_failed)
     place = _place(store)

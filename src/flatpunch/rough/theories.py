@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 from scipy.special import erf
 
 from flatpunch._support.checks import Array, Values, numbers, shown, values
+from flatpunch._support.kinds import follows
 from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel, compliance
 from flatpunch.contact.dataset import Column, dataset
@@ -116,8 +117,7 @@ def full_contact(medium: Body, spectrum: Spectrum) -> FullContact:
     kernel = compliance(medium)
     if isinstance(spectrum, Topography):
         return _of_surface(kernel, spectrum)
-    # the annotation says so, callers need not follow it
-    if not isinstance(spectrum, tuple) or len(spectrum) != 2:  # type: ignore[redundant-expr]
+    if not follows(spectrum, tuple) or len(spectrum) != 2:
         raise TypeError(
             f"spectrum = {shown(spectrum)} must be a Topography, or the pair (wavenumbers, power spectral density)."
         )

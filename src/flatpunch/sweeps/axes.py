@@ -23,6 +23,7 @@ import numpy as np
 
 from flatpunch._support.ceilings import POINTS
 from flatpunch._support.checks import BadValue, shown
+from flatpunch._support.kinds import follows
 from flatpunch._support.paths import FORMS, dotted, entries, spaced
 from flatpunch.files import units
 
@@ -74,8 +75,7 @@ class Axis:
 
 def axes_of(data: Mapping[str, object], vary: Mapping[str, object]) -> list[Axis]:
     """Read what is varied: path -> range, values with commas between them, or a sequence; checked against the case file."""
-    # the annotation says so, callers need not follow it
-    if not isinstance(vary, Mapping) or not vary:  # type: ignore[redundant-expr]
+    if not follows(vary, Mapping) or not vary:
         raise BadValue(
             "vary",
             shown(vary),
