@@ -7,7 +7,6 @@ frozen dataclasses, one per file, which inherit the members that most shapes hav
 Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. All other members are optional:
 
 - `seams` (): polar angles like `corners`, at which pieces are joined without an edge; quadrature over the angle is split there.
-- `kinks` (`rings`): those of the rings at which the slope jumps, where a table has many at which only the curvature does.
 - `tabulated` (False): whether the shape goes through the points of a table; quadrature along the radius takes more points then.
 - `angular_tolerance` (None): relative change of means over the angle below which more angles do not help, for kinks that are
   neither along rays nor on circles about the apex (the border of a square flat, the rounding of an edge).

@@ -17,8 +17,8 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, Extra, first_failure
 from flatpunch.contact.perturbation.error import estimates, first_order_error
 from flatpunch.contact.perturbation.first_order_outline import area, growth_factor, outline
-from flatpunch.contact.round.mean_profile import Evaluate, mean_contact
-from flatpunch.contact.round.round_contact import RoundContact
+from flatpunch.contact.round.mean_profile import Evaluate, mean_contact, mean_profile
+from flatpunch.contact.round.round_contact import RoundContact, quadrature_error
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.contact.round.superposition import (
     History,
@@ -73,7 +73,7 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
 
 
 def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flags, control: Control) -> Extra:
-    """Error estimates, infinite for lost outlines; round contact is exact up to the interpolation over the radius."""
+    """Error estimates, infinite for lost outlines; round contact is exact up to quadrature and interpolation over the radius."""
     if not indenter.round:
         force, contour = first_order_error(kernel, indenter, contact)
         return estimates(force, np.where(lost, np.inf, contour))
@@ -81,8 +81,9 @@ def _trust(kernel: Kernel, indenter: Indenter, contact: RoundContact, lost: Flag
     if control.name == "radius":
         # the force of a cone is K d/2 and d is off by as much as the radius: twice that
         at_depth = max(at_depth, 2 * size)
-    whole = np.ones_like(contact.radius)
-    return estimates((1e-10 + at_depth) * whole, (1e-10 + size) * whole)
+    # rounding, and what more points change
+    least = 1e-10 + quadrature_error(kernel, mean_profile(indenter), contact)
+    return estimates(least + at_depth, least + size)
 
 
 class NoSuperposition(ValueError):

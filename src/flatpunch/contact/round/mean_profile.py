@@ -31,15 +31,14 @@ def mean_profile(indenter: Indenter) -> RoundProfile:
         phi, weights = angular_rule(indenter)
         psi = np.asarray(indenter.height(np.ones_like(phi), phi))
         return PowerProfile(indenter.exponent, float(weights @ psi))
-    kinks = getattr(indenter, "kinks", indenter.rings)
     if indenter.round:
         zero = np.zeros(1)
         return SampledProfile(
-            lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings, kinks=kinks
+            lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings
         )
     mean = angular_mean(indenter)
     nodes = NODES if getattr(indenter, "tabulated", False) else 0
-    return SampledProfile(mean.height, mean.slope, indenter.rings, nodes, kinks)
+    return SampledProfile(mean.height, mean.slope, indenter.rings, nodes)
 
 
 def mean_contact(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Evaluate, RoundContact]:

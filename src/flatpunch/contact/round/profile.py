@@ -89,15 +89,15 @@ class SampledProfile:
     nodes : int
         Least number of quadrature points between two rings. Profiles that are not smooth there need a fixed, larger one:
         256 leave 1e-8 of tables of a hundred points, and the result does not depend on how many terms the medium needs.
-    kinks : tuple of float
-        Rings at which histories of the contact start anew [m].
+    beside : int
+        Quadrature points for what f does beside a ring, whatever the distance to the next.
     """
 
     height: Callable[[Array], Array]
     slope: Callable[[Array], Array]
     rings: tuple[float, ...] = ()
     nodes: int = 0
-    kinks: tuple[float, ...] = ()
+    beside: int = 5
 
     def moments(self, radius: Array, terms: int) -> Moments:
         """Quadrature: exact to rounding for profiles smooth between the rings."""
@@ -118,44 +118,58 @@ class SampledProfile:
             b = np.einsum("lnj,nj->nl", regular_part(0, terms, rho), rho * weight * f)
         edge = np.sum(rho * weight * (f + g), axis=1) / np.pi
         # S0[r f'] = (g(1) - int (g(r) - g(1)) r (1 - r^2)^-3/2 dr)/pi, by parts so that f'' need not exist
-        level, closed = self.levels(radius, g_edge, counts.size)
-        rest = rho * weight / np.maximum(1 - rho**2, TINY) * (g - np.repeat(level, counts, axis=1))
-        return Moments(b, edge, (g_edge - np.sum(rest, axis=1) - closed) / np.pi)
+        level, tilt, closed = self.lines(radius, g_edge, counts.size)
+        left = (g - np.repeat(level, counts, axis=1)) / np.maximum(1 - rho**2, TINY) - np.repeat(tilt, counts, axis=1)
+        return Moments(b, edge, (g_edge - np.sum(rho * weight * left, axis=1) - closed) / np.pi)
 
-    def levels(self, radius: Array, g_edge: Array, panels: int, alpha: float = -0.5) -> tuple[Array, Array]:
-        """Constants to subtract from g = r f' on each panel, shape (n, panels), and their integral in closed form, shape (n,).
+    def lines(self, radius: Array, g_edge: Array, panels: int, alpha: float = -0.5) -> tuple[Array, Array, Array]:
+        """Lines in y = 1 - r^2 to subtract from g = r f' on each panel, and their integral in closed form, shape (n,).
 
-        On the last panel it is g(1). Inside a ring that is close to the edge, (1 - r^2)^(alpha-1) is too steep for the
-        quadrature: there it is the g that ends at the ring, so that the steep part is integrated in closed form,
-        -2 alpha int r (1 - r^2)^(alpha-1) dr = (1 - r^2)^alpha.
+        On the last panel it is the constant g(1). Inside a ring that is close to the edge, y^(alpha-1) is too steep for the
+        quadrature: there it is the tangent of g at the ring, so that the steep part is integrated in closed form,
+        -2 alpha int (A + B y) r y^(alpha-1) dr = A y^alpha + alpha/(1 + alpha) B y^(1+alpha).
+
+        Returns
+        -------
+        level, tilt : ndarray, shape (n, panels)
+            A and B [m].
+        closed : ndarray, shape (n,)
+            What is to be subtracted from g(1) for them [m].
         """
-        level = np.repeat(g_edge[:, None], panels, axis=1)
-        closed = np.zeros_like(radius)
-        start = np.zeros_like(radius)
-        for i, ring in enumerate(sorted(self.rings)[: panels - 1]):
-            below = np.array([ring * (1 - 4 * np.finfo(float).eps)])
-            inside = radius * _AT_RIM > ring
-            safe = np.where(inside, radius, 2 * ring)
-            end = ((safe - ring) / safe * (1 + ring / safe)) ** alpha
-            level[inside, i] = (below * self.slope(below))[0]
-            previous = np.where(start > 0, start, 1.0)
-            closed += np.where(inside, (level[:, i] - g_edge) * (end - previous), 0.0)
-            start = end
-        return level, closed
+        last = g_edge[:, None]
+        if panels == 1:
+            return last, 0 * last, 0 * g_edge
+        rings = np.array(sorted(self.rings))
+        inside = radius[:, None] * _AT_RIM > rings
+        safe = np.where(inside, radius[:, None], 2 * rings)
+        # y at the end of each panel, and at its start
+        y = (safe - rings) / safe * (1 + rings / safe)
+        before = np.hstack([np.ones_like(y[:, :1]), y[:, :-1]])
+        g, growth = self._tangents(rings)
+        tilt = np.where(inside, -growth * radius[:, None] ** 2 / (2 * rings), 0.0)
+        level = np.where(inside, g - tilt * y, last)
+        part = (level - last) * (y**alpha - before**alpha)
+        part += alpha / (1 + alpha) * tilt * (y ** (1 + alpha) - before ** (1 + alpha))
+        return np.hstack([level, last]), np.hstack([tilt, 0 * last]), np.where(inside, part, 0.0).sum(axis=1)
+
+    def _tangents(self, rings: Array) -> tuple[Array, Array]:
+        """g = r f' [m] and dg/dr [-] just inside the rings, shape (rings,)."""
+        # a share of the distance to the ring before: rounding leaves 1e-11 of the derivative, the difference 1e-8
+        step = 1e-4 * np.diff(rings, prepend=0.0)
+        r = rings * (1 - 4 * np.finfo(float).eps) - np.arange(3)[:, None] * step
+        g = r * self.slope(r)
+        return g[0], (3 * g[0] - 4 * g[1] + g[2]) / (2 * step)
 
     def disc_rule(self, radius: Array, nodes: int) -> tuple[Array, Array]:
         """Nodes rho = cos(theta) of unit discs and weights in theta, shape (1, nodes) or, cut at rings, (n, cuts * nodes)."""
         if not any(ring < radius.max() for ring in self.rings):
             rho, weight = quarter_nodes(nodes)
             return rho[None, :], weight[None, :]
-        ends = self.ends(radius)
-        angle, half = [], []
-        for i, count in enumerate(self._counts(radius, nodes)):
-            t, v = gauss(int(count))
-            middle, width = (ends[:, [i]] + ends[:, [i + 1]]) / 2, (ends[:, [i]] - ends[:, [i + 1]]) / 2
-            angle.append(middle + width * t)
-            half.append(width * v)
-        return np.cos(np.hstack(angle)), np.hstack(half)
+        ends, counts = self.ends(radius), self._counts(radius, nodes)
+        t, v = (np.concatenate(each) for each in zip(*(gauss(int(count)) for count in counts), strict=True))
+        middle, half = (ends[:, :-1] + ends[:, 1:]) / 2, (ends[:, :-1] - ends[:, 1:]) / 2
+        panel = np.repeat(np.arange(counts.size), counts)
+        return np.cos(middle[:, panel] + half[:, panel] * t), half[:, panel] * v
 
     def ends(self, radius: Array) -> Array:
         """theta at the axis, at the rings and at the rim of discs, shape (n, cuts + 1), from pi/2 down to 0."""
@@ -169,6 +183,5 @@ class SampledProfile:
         if not any(ring < radius.max() for ring in self.rings):
             return np.array([nodes])
         widest = -np.diff(self.ends(radius), axis=1).min(axis=0)
-        # quadrature points for what f does beside a ring, whatever the distance to the next
-        share = np.ceil(nodes * widest / (np.pi / 2)).astype(int) + 10
+        share = np.ceil(nodes * widest / (np.pi / 2)).astype(int) + self.beside
         return np.asarray(np.minimum(nodes, share))

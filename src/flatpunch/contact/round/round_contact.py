@@ -10,7 +10,7 @@ functionals of `flatpunch.punch.basis`. Their half-space parts, slow in the numb
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,6 +20,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.profile import NODES, TINY, Moments, PowerProfile, RoundProfile, SampledProfile
 from flatpunch.numerics.gauss import gauss
+from flatpunch.punch.basis import node_count
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.matrix import Responses, edge_strength
 from flatpunch.punch.power_law import PowerLawPunch, power_law_punch
@@ -42,7 +43,7 @@ class RoundContact:
     moments : Moments
         Moments of the profile.
     rings : tuple of float
-        Radii at which the history of the contact starts anew [m]: kinks of the profile.
+        Radii at which the history of the contact starts anew [m]: where the slope or the curvature of the profile jumps.
     """
 
     radius: Array
@@ -75,8 +76,19 @@ def round_contact(kernel: Kernel, profile: RoundProfile, radius: Array) -> Round
         depth_slope=(depth * responses.slope[:, 0] - tangent) / strength,
         responses=responses,
         moments=moments,
-        rings=getattr(profile, "kinks", ()),
+        rings=getattr(profile, "rings", ()),
     )
+
+
+def quadrature_error(kernel: Kernel, profile: RoundProfile, contact: RoundContact) -> Array:
+    """Relative change of depth or force, the larger, with twice as many points of the profile, shape (n,)."""
+    if not isinstance(profile, SampledProfile):
+        return np.zeros_like(contact.radius)
+    nodes = 2 * max(NODES * (kernel.exponent > 0), profile.nodes, node_count(contact.responses.flat.shape[1]))
+    other = round_contact(kernel, replace(profile, nodes=nodes, beside=2 * profile.beside), contact.radius)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        changes = other.depth / contact.depth - 1, other.force / contact.force - 1
+    return np.where(contact.depth > 0, np.abs(changes).max(axis=0), 0.0)
 
 
 def _power_law_moments(kernel: Kernel, profile: RoundProfile, radius: Array, responses: Responses) -> Moments:
@@ -101,30 +113,32 @@ def _power_law_depth(punch: PowerLawPunch, profile: SampledProfile, radius: Arra
     """
     alpha = punch.alpha
     ends = profile.ends(radius) if any(ring < radius.max() for ring in profile.rings) else np.full((1, 2), np.pi / 2)
-    panels = [_inner_panel(punch, high, low) for high, low in pairwise(ends.T[:-1])]
-    panels.append(_rim_panel(punch, ends[:, -2]))
+    nodes = max(NODES, profile.nodes)
+    panels = [_inner_panel(punch, high, low, nodes) for high, low in pairwise(ends.T[:-1])]
+    panels.append(_rim_panel(punch, ends[:, -2], nodes))
     g_edge = radius * profile.slope(radius)
-    level, closed = profile.levels(radius, g_edge, len(panels), alpha)
+    level, tilt, closed = profile.lines(radius, g_edge, len(panels), alpha)
     mean, depth, growth = np.zeros_like(radius), np.zeros_like(radius), g_edge - closed
     for i, (theta, weight) in enumerate(panels):
         r = radius[:, None] * np.cos(theta)
         g = r * profile.slope(r)
         mean += 2 * (1 + alpha) * np.sum(profile.height(r) * weight, axis=1)
         depth += np.sum(g * weight, axis=1)
-        growth += 2 * alpha * np.sum((g - level[:, [i]]) * weight / np.maximum(np.sin(theta) ** 2, TINY), axis=1)
+        left = (g - level[:, [i]]) / np.maximum(np.sin(theta) ** 2, TINY) - tilt[:, [i]]
+        growth += 2 * alpha * np.sum(left * weight, axis=1)
     return mean + depth, mean, growth
 
 
-def _rim_panel(punch: PowerLawPunch, end: Array) -> tuple[Array, Array]:
+def _rim_panel(punch: PowerLawPunch, end: Array, nodes: int) -> tuple[Array, Array]:
     """Angles from 0 at the rim to `end`, shape (n, nodes), and weights of int (.) w drho: Gauss-Jacobi for theta^k."""
-    t, v = scipy.special.roots_jacobi(NODES, 0.0, punch.exponent)
+    t, v = scipy.special.roots_jacobi(nodes, 0.0, punch.exponent)
     theta, weight = end[:, None] * (t + 1) / 2, (end[:, None] / 2) ** (1 + punch.exponent) * v
     return theta, weight * np.sinc(theta / np.pi) ** punch.exponent * np.cos(theta)
 
 
-def _inner_panel(punch: PowerLawPunch, high: Array, low: Array) -> tuple[Array, Array]:
+def _inner_panel(punch: PowerLawPunch, high: Array, low: Array, nodes: int) -> tuple[Array, Array]:
     """Integral between two angles; Gauss points in theta^(1 + k), which makes theta^k smooth next to the rim."""
-    t, v = gauss(NODES)
+    t, v = gauss(nodes)
     power = 1 + punch.exponent
     start, end = low[:, None] ** power, high[:, None] ** power
     theta = ((start + end) / 2 + (end - start) / 2 * t) ** (1 / power)

@@ -12,13 +12,14 @@ from 1 by the square of the asymmetry, which a first-order theory does not see. 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 import scipy
 
+from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.radius_search import PER_DECADE, Loading
@@ -45,15 +46,18 @@ class History:
         (x, phi) -> (s, dln s/dx), the outline over its mean radius.
     share : callable
         x -> w.
+    rough : callable
+        The rate from half as many samples, for estimates of the error.
     rings : tuple of float
-        Values of x at which the rate jumps and starts anew like (x - ring)^alpha, alpha = -1/2 but for power-law
-        half-spaces: ascending kinks of the profile.
+        Values of x beyond which the rate is a series in (x - ring)^(1/2), but for power-law half-spaces: where the slope of the
+        profile jumps it begins like (x - ring)^(-1/2), where the curvature does like (x - ring)^(1/2); ascending.
     """
 
     radius: float
     rate: Callable[[Array], Array]
     outline: Callable[[Array, Array], tuple[Array, Array]]
     share: Callable[[Array], Array]
+    rough: Callable[[Array], Array]
     rings: tuple[float, ...] = ()
 
 
@@ -96,58 +100,64 @@ def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[
     return shape
 
 
-def round_history(
-    evaluate: Callable[[Array], Loading], radius: float, exponent: float = 0.0, *, coarse: bool = False
-) -> History:
+def round_history(evaluate: Callable[[Array], Loading], radius: float, exponent: float = 0.0) -> History:
     """History of a round contact (or of the mean profile) with an unchanged circular outline.
 
-    `exponent` is that of a power-law half-space, 0 for all other media; `coarse` takes half as many samples of it.
+    `exponent` is that of a power-law half-space, 0 for all other media.
     """
     rings = getattr(evaluate(np.array([radius])), "rings", ())
     end = np.log(radius)
     within = tuple(x for x in np.log(sorted(rings)) if end - _DECADES * np.log(10) < x < end)
+    rate, rough = _rates(evaluate, radius, within, (1 - exponent) / 2)
     return History(
         radius=radius,
-        rate=_rate(evaluate, radius, within, (1 - exponent) / 2, 2 if coarse else 1),
+        rate=rate,
         outline=lambda x, phi: (np.ones_like(x), np.zeros_like(x)),
         share=np.ones_like,
+        rough=rough,
         rings=within,
     )
 
 
-def _rate(
-    evaluate: Callable[[Array], Loading], radius: float, rings: tuple[float, ...], power: float, every: int
-) -> Callable[[Array], Array]:
-    """x -> d'(a): one spline of x up to the first ring, beyond each ring one of (x - ring)^(power/2), times s^2."""
+def _rates(
+    evaluate: Callable[[Array], Loading], radius: float, rings: tuple[float, ...], power: float
+) -> tuple[Callable[[Array], Array], Callable[[Array], Array]]:
+    """x -> d'(a): one spline of x up to the first ring, beyond each ring one of (x - ring)^(power/2), times s^2.
+
+    The second is from every other sample.
+    """
 
     def sample(x: Array) -> Array:
         a = np.exp(x)
         return np.asarray(evaluate(a).depth_slope / a)
 
     # the end is kept, and the last node stays below the ring, whose logarithm is rounded
-    x = log_radii(np.exp(rings[0]) if rings else radius)[::-every][::-1]
-    first: Callable[[Array], Array] = spline(x, sample(x - ROUNDING if rings else x))
-    if not rings:
-        return first
+    x = log_radii(np.exp(rings[0]) if rings else radius)
     starts, widths = np.array(rings), np.diff([*rings, np.log(radius)])
-    # nodes of the splines beyond rings: a hundred an e-fold of the radius, and enough for a spline between rings close together
-    counts = 10 + (100 * np.minimum(widths, 1.0)).astype(int) // every
-    # not at s = 0, where the rate is infinite; the spline reaches there
-    nodes = [w ** (power / 2) * (np.arange(n) + 0.5) / (n - 0.5) for w, n in zip(widths, counts, strict=True)]
-    s = np.concatenate(nodes)
-    values = np.split(s**2 * sample(np.repeat(starts, counts) + s ** (2 / power)), np.cumsum(counts)[:-1])
-    later = [spline(own, value) for own, value in zip(nodes, values, strict=True)]
+    # nodes of the splines beyond rings: a hundred an e-fold of the radius, and half of them are enough for a spline
+    counts = 16 + (100 * np.minimum(widths, 1.0)).astype(int)
+    # not at s = 0, where the rate may be infinite; the spline reaches there
+    nodes = [x, *(w ** (power / 2) * (np.arange(n) + 0.5) / (n - 0.5) for w, n in zip(widths, counts, strict=True))]
+    values = [sample(x - ROUNDING if rings else x)]
+    if rings:
+        s = np.concatenate(nodes[1:])
+        values += np.split(s**2 * sample(np.repeat(starts, counts) + s ** (2 / power)), np.cumsum(counts)[:-1])
 
-    def rate(x: Array) -> Array:
-        piece = np.searchsorted(starts, x)
-        result = np.asarray(first(np.minimum(x, starts[0])))
-        for i in np.unique(piece[piece > 0]) - 1:
-            here = piece == i + 1
-            s = (x[here] - starts[i]) ** (power / 2)
-            result[here] = later[i](s) / s**2
-        return result
+    def rate(every: int) -> Callable[[Array], Array]:
+        splines = [spline(own[::-every][::-1], value[::-every][::-1]) for own, value in zip(nodes, values, strict=True)]
 
-    return rate
+        def of(x: Array) -> Array:
+            piece = np.searchsorted(starts, x)
+            result = np.asarray(splines[0](np.minimum(x, starts[0]) if rings else x))
+            for i in np.unique(piece[piece > 0]):
+                here = piece == i
+                s = (x[here] - starts[i - 1]) ** (power / 2)
+                result[here] = splines[i](s) / s**2
+            return result
+
+        return of
+
+    return rate(1), rate(2)
 
 
 def grown_pressure(
@@ -155,58 +165,58 @@ def grown_pressure(
 ) -> tuple[Array, Array]:
     """Pressure of a round contact that has grown to a radius, and its error [Pa], shape (n,) each.
 
-    The error is the difference to half as many samples of the history, fewer nodes in it and fewer terms of the punches.
+    The error is the larger difference to two others with half as many samples of the history, fewer nodes in it and fewer
+    terms of the punches: one difference alone passes through zero at places.
     """
     if radius == 0:
         return np.zeros_like(r), np.zeros_like(r)
     # a square grid has each distance eight times
     distances, place = np.unique(r, return_inverse=True)
-    fine, coarse = (
-        superpose(
-            kernel,
-            round_history(evaluate, radius, kernel.exponent, coarse=each),
-            distances,
-            np.zeros_like(distances),
-            coarse=each,
-        )[place]
-        for each in (False, True)
-    )
-    return fine, np.abs(fine - coarse)
+    history, angles = round_history(evaluate, radius, kernel.exponent), np.zeros_like(distances)
+    fine, *others = (superpose(kernel, history, distances, angles, coarse=each)[place] for each in range(3))
+    return fine, np.abs(np.array(others) - fine).max(axis=0)
 
 
-def superpose(kernel: Kernel, history: History, r: Array, phi: Array, *, coarse: bool = False) -> Array:
-    """Pressure at polar coordinates (r, phi), each of shape (n,); zero outside the contact [Pa]."""
+def superpose(kernel: Kernel, history: History, r: Array, phi: Array, *, coarse: int = 0) -> Array:
+    """Pressure at polar coordinates (r, phi), each of shape (n,); zero outside the contact [Pa].
+
+    With `coarse` = 1 or 2 samples, nodes and terms are fewer, for estimates of the error.
+    """
     pressure = np.zeros_like(r)
     x_end = np.full_like(r, np.log(history.radius))
     edge = history.radius * history.outline(x_end, phi)[0]
     inside = np.flatnonzero(r < edge)
-    # each point needs about a hundred pressures of punches
-    for i in range(0, inside.size, 2000):
-        chosen = inside[i : i + 2000]
+    # each point needs about a hundred pressures of punches, and ten for each ring
+    at_once = AT_ONCE // (1000 + 100 * len(history.rings))
+    for i in range(0, inside.size, at_once):
+        chosen = inside[i : i + at_once]
         pressure[chosen] = _chunk(kernel, history, r[chosen], phi[chosen], edge[chosen], coarse)
     return pressure
 
 
-def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array, coarse: bool) -> Array:
+def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array, coarse: int) -> Array:
     r = np.maximum(r, edge * 10 ** (1 - _DECADES))
     start = _first_touch(history, r, phi)
     top = np.arccosh(np.exp(np.log(history.radius) - start))
-    point, v, spread = _nodes(kernel, history, start, top, coarse)
-    # ln a = start + ln cosh v starts like v^2, which takes the square root out of the edge
-    lift = np.log1p(2 * np.sinh(v / 2) ** 2)
-    x = start[point, None] + lift
-    first = history.outline(start, phi)[0][point, None]
-    passed = lift + np.log(history.outline(x, np.broadcast_to(phi[point, None], x.shape))[0] / first)
-    # sqrt(1 - (r/distance)^2) from the logarithm of distance/r: no cancellation at the edge
-    height = np.sqrt(np.maximum(-np.expm1(-2 * passed), 1e-30))
-    smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel(), fewer=coarse).reshape(v.shape)
-    # pbar goes like height^(2 alpha); on power-law half-spaces alpha = (k - 1)/2 is not -1/2
-    integrand = smooth * np.tanh(v) * height ** (kernel.exponent - 1) * history.share(x) * history.rate(x)
-    total = np.bincount(point, (integrand * spread).sum(axis=1), minlength=r.size)
+    rate, total = history.rough if coarse else history.rate, np.zeros_like(r)
+    for point, v, spread in _nodes(kernel, history, start, top, coarse):
+        # ln a = start + ln cosh v starts like v^2, which takes the square root out of the edge
+        lift = np.log1p(2 * np.sinh(v / 2) ** 2)
+        x = start[point, None] + lift
+        first = history.outline(start, phi)[0][point, None]
+        passed = lift + np.log(history.outline(x, np.broadcast_to(phi[point, None], x.shape))[0] / first)
+        # sqrt(1 - (r/distance)^2) from the logarithm of distance/r: no cancellation at the edge
+        height = np.sqrt(np.maximum(-np.expm1(-2 * passed), 1e-30))
+        smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel(), fewer=coarse > 0).reshape(v.shape)
+        # pbar goes like height^(2 alpha); on power-law half-spaces alpha = (k - 1)/2 is not -1/2
+        integrand = smooth * np.tanh(v) * height ** (kernel.exponent - 1) * history.share(x) * rate(x)
+        total += np.bincount(point, (integrand * spread).sum(axis=1), minlength=r.size)
     return np.asarray(kernel.modulus / np.pi * total)
 
 
-def _nodes(kernel: Kernel, history: History, start: Array, top: Array, coarse: bool) -> tuple[Indices, Array, Array]:
+def _nodes(
+    kernel: Kernel, history: History, start: Array, top: Array, coarse: int
+) -> Iterator[tuple[Indices, Array, Array]]:
     """Panels of the history of each point: the point, shape (panels,), Gauss nodes v on (0, top) and weights, (panels, nodes).
 
     The pressure under a punch changes over a part of its radius, whatever the radius, so panels in v = ln(2 a/r) are at most 1
@@ -214,9 +224,6 @@ def _nodes(kernel: Kernel, history: History, start: Array, top: Array, coarse: b
     v = 0 and to rings are halved down to that. The first of them is in a power of v that makes (v - ring)^alpha, and v^k on
     power-law half-spaces, smooth.
     """
-    # Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio
-    t, weights = gauss(16 if coarse else 24)
-    u = (t + 1) / 2
     beta = 0.0 if kernel.homogeneous else effective_beta(kernel, history.radius / kernel.length)
     halvings = int(np.ceil(np.log2(max(beta, 1.0)) / 2))
     widths = np.concatenate([[0.0], 0.5 ** np.arange(halvings, 0, -1), np.arange(1, np.ceil(top.max()) + 1)])
@@ -225,16 +232,20 @@ def _nodes(kernel: Kernel, history: History, start: Array, top: Array, coarse: b
         lift = np.maximum(ring - start, 0)
         origins.append(np.minimum(np.log(np.exp(lift) + np.sqrt(np.expm1(2 * lift))), top))
     power = 4 / (1 + kernel.exponent) if kernel.exponent else 2.0 if history.rings else 1.0
-    points, nodes, spreads = [], [], []
+    panels = []
     for origin, end in pairwise([*origins, top]):
         cuts = np.minimum(origin[:, None] + widths, end[:, None])
         point, panel = np.nonzero(cuts[:, 1:] > cuts[:, :-1])
-        low, width = cuts[point, panel, None], (cuts[point, panel + 1] - cuts[point, panel])[:, None]
-        q = np.where(panel == 0, power, 1.0)[:, None]
-        points.append(point)
-        nodes.append(low + width * u**q)
-        spreads.append(width * q * u ** (q - 1) * weights / 2)
-    return np.concatenate(points), np.vstack(nodes), np.vstack(spreads)
+        low, high = cuts[point, panel], cuts[point, panel + 1]
+        panels.append((point, low, high - low, np.where(panel == 0, power, 1.0)))
+    point, low, width, q = (np.concatenate(each) for each in zip(*panels, strict=True))
+    # Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio, and as much on
+    # panels of a quarter the width with half of them
+    wide = width > 0.25
+    for chosen, count in ((wide, 24), (~wide, 12)):
+        t, weights = gauss(2 * count // (2 + coarse))
+        u, own, length = (t + 1) / 2, q[chosen, None], width[chosen, None]
+        yield point[chosen], low[chosen, None] + length * u**own, length * own * u ** (own - 1) * weights / 2
 
 
 def _first_touch(history: History, r: Array, phi: Array) -> Array:

@@ -126,17 +126,18 @@ class AreaFunction(RoundShape):
         """Depth at which the area is pi r^2: from a table, sharpened by Newton's method in logarithms."""
         with np.errstate(divide="ignore"):
             x = np.log(r)
-        h = np.exp(self._inverse(np.clip(x, self._inverse.x[0], self._inverse.x[-1])))
-        inside = (x > self._inverse.x[0]) & (x < self._inverse.x[-1])
-        for _ in range(4):
-            area, growth = self._fit(h)
-            step = np.where(inside, (2 * x + np.log(np.pi) - np.log(area)) * area / (growth * h), 0.0)
-            h = h * np.exp(np.clip(step, -0.5, 0.5))
-        first, last = np.exp(self._inverse.x[0]), np.exp(self._inverse.x[-1])
-        # towards the apex the lowest power of h alone, or the paraboloid
+        low, high = self._inverse.x[[0, -1]]
+        # towards the apex like the lowest power of h alone, or the paraboloid
         steepness = 2.0 if self.start > 0 else 2 / self._lowest_power()
-        h = np.where(x <= self._inverse.x[0], np.exp(self._inverse(self._inverse.x[0])) * (r / first) ** steepness, h)
-        growth = self._fit(np.array(self.limit))[1]
+        h = np.exp(self._inverse(np.clip(x, low, high)) + steepness * np.minimum(x - low, 0.0))
+        fitted = (h > np.finfo(float).tiny) & (x < high) & ((x > low) | (self.start == 0))
+        for _ in range(50):
+            area, growth = self._fit(np.where(fitted, h, self.limit))
+            step = np.where(fitted, (2 * x + np.log(np.pi) - np.log(area)) * area / (growth * h), 0.0)
+            h = h * np.exp(np.clip(step, -0.5, 0.5))
+            if np.abs(step).max(initial=0.0) < SAME:
+                break
+        growth, last = self._fit(np.array(self.limit))[1], np.exp(high)
         return np.asarray(np.where(r > last, self.limit + (r - last) * 2 * np.pi * last / growth, h))
 
     def _lowest_power(self) -> float:

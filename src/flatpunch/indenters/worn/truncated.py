@@ -99,14 +99,8 @@ class Truncated(Shape):
 
     @property
     def rings(self) -> tuple[float, ...]:
-        """Border of the flat, radii at which it turns, and the kinks of the tip beyond it [m]."""
+        """Border of the flat, radii at which it turns, and the rings of the tip beyond it [m]."""
         return tuple(sorted({*self._rings, *(ring for ring in self.tip.rings if ring > self._rings[0])}))
-
-    @property
-    def kinks(self) -> tuple[float, ...]:
-        """The rings but for points of a table, at which only the curvature jumps [m]."""
-        own = {*self._rings, *getattr(self.tip, "kinks", self.tip.rings)}
-        return tuple(ring for ring in self.rings if ring in own)
 
     @property
     def round(self) -> bool:
