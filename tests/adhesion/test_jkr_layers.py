@@ -198,3 +198,25 @@ def test_graded_layer_and_two_bodies():
     twice = fp.Medium([fp.Layer(2 * 0.91, 0.3, 1.0)], base=fp.RigidBase())
     point = fp.pull_off(TwoBodies(twice, twice), fp.Paraboloid(10.0), work_of_adhesion=0.3)
     assert point.force == pytest.approx(plain.force, rel=1e-10)
+
+
+PRESSED = {
+    "half-space": fp.HalfSpace(1.0, 0.3),
+    "soil": fp.PowerLawHalfSpace(modulus=1.0, depth=1.0, exponent=0.4, poisson=0.3),
+    "film": fp.Medium([fp.Layer(5.0, 0.3, 0.5)], fp.HalfSpace(1.0, 0.3)),
+    "graded": fp.Medium([fp.GradedLayer(fp.ExponentialModulus(1.0, 3.0, 1.0), 0.3, 1.0)], fp.HalfSpace(3.0, 0.3)),
+    "two bodies": fp.TwoBodies(layer(0.3), fp.HalfSpace(1.0, 0.3)),
+}
+
+
+@pytest.mark.parametrize("work", [1e-4, 1e-2])
+@pytest.mark.parametrize("body", PRESSED)
+def test_the_pressure_balances_the_stress_at_the_surface(body, work):
+    """The part that pulls is that of a flat punch on this body: on power-law half-spaces its edge is not a root."""
+    for tip in (fp.Paraboloid(2.0), fp.Cone(0.3), fp.Truncated(fp.Cone(0.3), height_removed=0.1)):
+        at = {"radius": 0.8, "work_of_adhesion": work}
+        r = 0.8 * np.array([0.01, 0.3, 0.6, 0.9, 0.99])
+        p, error = fp.pressure(PRESSED[body], tip, r, 0.0, return_error=True, **at)
+        fields = fp.fields(PRESSED[body], tip, r, 0.0, 0.0, **at)
+        assert np.all(np.abs(p + fields.stress.values[2]) <= error + (fields.attrs["stress_error"] + 1e-11) * np.abs(p).max())
+        assert error.max() < 1e-3 * np.abs(p).max()

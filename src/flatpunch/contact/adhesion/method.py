@@ -20,7 +20,7 @@ from flatpunch.contact.adhesion.stable_radius import stable_radius
 from flatpunch.contact.curve import UNITS, Control, Curve, Extra, check_reach, first_failure, prescribed
 from flatpunch.contact.perturbation.series_method import LARGEST_SWING
 from flatpunch.contact.round.soundness import soundness
-from flatpunch.contact.round.superposition import grown_pressure, punch_pressure
+from flatpunch.contact.round.superposition import flat_pressure, grown_pressure
 from flatpunch.indenters.profile import Indenter
 
 
@@ -110,17 +110,8 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, wor
     field, error = np.zeros_like(r), np.zeros_like(r)
     if not case.pinned:
         field, error = grown_pressure(kernel, case.branch.evaluate, a, r)
-    inside = r <= a
-    rho = r[inside] / a
-    height = np.sqrt((1 - rho) * (1 + rho))
-    smooth, rough = (punch_pressure(kernel, np.full_like(rho, a), height, fewer=each) for each in (False, True))
-    back = float(curve.extra["retraction"][1][0])
-    with np.errstate(divide="ignore"):
-        pulled = kernel.modulus * back / (np.pi * a) / height
-        field[inside] -= pulled * smooth
-        # infinite at the edge, and known to be
-        error[inside] += np.where(rho < 1, pulled, 0.0) * np.abs(smooth - rough)
-    return field, error
+    pulled, unsure = flat_pressure(kernel, a, float(curve.extra["retraction"][1][0]), r)
+    return field - pulled, error + unsure
 
 
 def _shape(case: AdhesiveCase, radius: Array, phi: Array) -> tuple[Array, Array, Array, Extra, Flags]:

@@ -7,7 +7,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, first_failure
-from flatpunch.contact.round.superposition import punch_pressure
+from flatpunch.contact.round.superposition import flat_pressure
 from flatpunch.indenters import Cylinder
 from flatpunch.punch.family import punch_family
 
@@ -35,21 +35,10 @@ def solve(kernel: Kernel, indenter: Cylinder, control: Control, phi: Array) -> C
 
 
 def pressure(kernel: Kernel, indenter: Cylinder, control: Control, r: Array) -> tuple[Array, Array]:
-    """Pressure of the flat punch at distances r, infinite at the edge, and its error from fewer terms; shape (n,) each [Pa]."""
+    """Pressure of the flat punch at distances r, and its error, shape (n,) each [Pa]."""
     a = np.full(1, indenter.radius)
     depth = float(_depth(control, punch_stiffness(kernel, a))[0])
-    field = np.zeros_like(r)
-    inside = r <= indenter.radius
-    rho = r[inside] / indenter.radius
-    height = np.sqrt((1 - rho) * (1 + rho))
-    same = np.full_like(rho, indenter.radius)
-    smooth, rough = (punch_pressure(kernel, same, height, fewer=each) for each in (False, True))
-    with np.errstate(divide="ignore"):
-        field[inside] = kernel.modulus * depth / (np.pi * indenter.radius) * height ** (kernel.exponent - 1) * smooth
-    error = np.zeros_like(r)
-    # infinite at the edge, and known to be
-    error[inside] = np.abs(np.where(rho < 1, field[inside], 0.0) * (rough / smooth - 1))
-    return field, error
+    return flat_pressure(kernel, indenter.radius, depth, r)
 
 
 def punch_stiffness(kernel: Kernel, radius: Array) -> Array:

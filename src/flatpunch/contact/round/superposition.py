@@ -262,6 +262,21 @@ def _first_touch(history: History, r: Array, phi: Array) -> Array:
     return x
 
 
+def flat_pressure(kernel: Kernel, radius: float, depth: float, r: Array) -> tuple[Array, Array]:
+    """Pressure of a flat punch at distances r, infinite at the edge, and its error from fewer terms; shape (n,) each [Pa]."""
+    field, error = np.zeros_like(r), np.zeros_like(r)
+    inside = r <= radius
+    rho = r[inside] / radius
+    height = np.sqrt((1 - rho) * (1 + rho))
+    smooth, rough = (punch_pressure(kernel, np.full_like(rho, radius), height, fewer=each) for each in (False, True))
+    with np.errstate(divide="ignore"):
+        scale = kernel.modulus * depth / (np.pi * radius) * height ** (kernel.exponent - 1)
+    field[inside] = scale * smooth
+    # infinite at the edge, and known to be
+    error[inside] = np.abs(np.where(rho < 1, scale, 0.0) * (smooth - rough))
+    return field, error
+
+
 def punch_pressure(kernel: Kernel, radius: Array, height: Array, *, fewer: bool = False) -> Array:
     """P = pbar height^(1 - k) of flat punches of `radius` at `height` = sqrt(1 - rho^2), shape (n,); k = 0 but for power laws.
 
