@@ -338,3 +338,32 @@ def test_tip_from_a_map():
     round_tip = fp.sensitivity(film, fp.Paraboloid(2.0), depth=0.1)
     assert found.parameter.values.tolist() == round_tip.parameter.values.tolist()[:5]
     assert found.force.values == pytest.approx(round_tip.force.values[:5], abs=1e-3)
+
+
+TEXTURED = fp.TransverselyIsotropicHalfSpace(1.0, 2.0, 0.25, 0.2, 0.4)
+
+
+@pytest.mark.parametrize(
+    "medium",
+    [
+        TEXTURED,
+        fp.TwoBodies(fp.RigidBase(), TEXTURED),
+        fp.TwoBodies(TEXTURED, FILM),
+        fp.TwoBodies(FILM, TEXTURED),
+        fp.TwoBodies(TEXTURED, fp.HalfSpace(1.0, 0.3)),
+    ],
+    ids=["alone", "under a rigid body", "above", "below", "on a half-space"],
+)
+def test_every_elastic_body_has_its_own_derivatives(medium):
+    """Moduli together scale the force; each by itself against a difference. Transversely isotropic half-spaces had none."""
+    tip = fp.Sphere(10.0)
+    found = fp.sensitivity(medium, tip, depth=0.1)
+    total = 0.0
+    for name, value, slope in zip(found.parameter.values.tolist(), found.value.values, found.force.values, strict=True):
+        low, high = (
+            float(fp.indent(*with_values(medium, tip, {name: value * (1 + s)}), depth=0.1).force[0])
+            for s in (-1e-4, 1e-4)
+        )
+        assert slope == pytest.approx(np.log(high / low) / 2e-4, abs=1e-6)
+        total += slope if "young" in name or "shear" in name else 0.0
+    assert total == pytest.approx(1.0, abs=1e-7)

@@ -24,6 +24,7 @@ from flatpunch.compliance.derivatives import PartDerivatives, compliance_derivat
 from flatpunch.fields.bodies import Layered
 from flatpunch.media import (
     Body,
+    ElasticBase,
     GradedLayer,
     HalfSpace,
     Layer,
@@ -58,7 +59,7 @@ class Spectrum:
 def elastic_bodies(medium: Body) -> list[Layered]:
     """The deformable bodies of a medium, upper first."""
     bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
-    return [body for body in bodies if isinstance(body, (HalfSpace, Medium))]
+    return [body for body in bodies if isinstance(body, ElasticBase | Medium)]
 
 
 def by_medium(medium: Body, kernel: Kernel, spectrum: Spectrum, wanted: list[Parameter]) -> Array:

@@ -33,9 +33,7 @@ def mean_profile(indenter: Indenter) -> RoundProfile:
         return PowerProfile(indenter.exponent, float(weights @ psi))
     if indenter.round:
         zero = np.zeros(1)
-        return SampledProfile(
-            lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings
-        )
+        return SampledProfile(lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings)
     mean = angular_mean(indenter)
     nodes = NODES if getattr(indenter, "tabulated", False) else 0
     return SampledProfile(mean.height, mean.slope, indenter.rings, nodes)

@@ -27,8 +27,8 @@ DEEPEST = 2.5
 _WORTH = 0.2
 """Share by which a local maximum on the grid may be below the largest to be refined too."""
 
-_FOUND, _SOLVED, _MISSED = 1e-3, 1e-7, 0.01
-"""Deviations of stress over strength from one: found on the grid, found at the refined place, not found."""
+_FOUND, _SOLVED, _MISSED, _SURE = 1e-3, 1e-7, 0.01, 1e-4
+"""Deviations of stress over strength from one: found on the grid, found at the refined place, not found, exceeded elsewhere."""
 
 BEYOND = 1e-6
 """Share by which a contact is larger than a kink of the tip that it has just passed."""
@@ -113,11 +113,7 @@ class Judged:
         last = self.tops.size - 1
         if isinstance(self.body, Medium) and isinstance(self.body.base, RigidBase) and self.strengths[last].of_bulk:
             raise ValueError(f"strengths[{last}] belongs to the rigid base, which has no stresses. Leave it out.")
-        if isinstance(self.body, PowerLawHalfSpace) and self.body.exponent < 0:
-            raise ValueError(
-                f"medium has a modulus that grows without bound towards the surface (exponent = {self.body.exponent:.6g}), so "
-                "that the stresses along the surface are infinite under any load. Give its top a GradedLayer."
-            )
+        self.check_surface()
         for i, (strength, value) in enumerate(zip(self.strengths, self.residual, strict=True)):
             for kind, ratio in strength.utilisation(np.array([value, value, 0.0, 0.0, 0.0, 0.0])):
                 if ratio >= 1:
@@ -126,6 +122,14 @@ class Judged:
                         f"{value:g}",
                         f"Pa alone exceeds the {kind} strength of that layer, without any load.",
                     )
+
+    def check_surface(self) -> None:
+        """Refuse bodies whose stresses along the surface are infinite under any load."""
+        if isinstance(self.body, PowerLawHalfSpace) and self.body.exponent < 0:
+            raise ValueError(
+                f"medium has a modulus that grows without bound towards the surface (exponent = {self.body.exponent:.6g}), so "
+                "that the stresses along the surface are infinite under any load. Give its top a GradedLayer."
+            )
 
     def depths(self, i: int, radius: float) -> Array:
         """Depths of the grid in one layer under a contact of that radius [m]; its lower face is the last if it has one."""
@@ -287,9 +291,9 @@ def _crossing(search: Search, low: float, start: float, high: float) -> tuple[fl
             return np.inf, worst, events
     size, worst = _followed(search, worst, size, low, high)
     for _ in range(_ROUNDS):
-        # another place may be worse there than that which the grid had overestimated
-        above = [each for each in search.maxima(size) if 1 + _MISSED < each.utilisation < np.inf]
-        higher = [each for each in (search.refined(each, size) for each in above) if each.utilisation > 1 + _MISSED]
+        # the place may have moved, and another, which the grid under- or overestimates, may be worse there
+        near = [worst, *(each for each in search.maxima(size) if 1 - _WORTH < each.utilisation < np.inf)]
+        higher = [each for each in (search.refined(each, size) for each in near) if each.utilisation > 1 + _SURE]
         if not higher or size <= low * (1 + ROUNDING):
             break
         size, worst = _followed(search, max(higher, key=lambda event: event.utilisation), size, low, high)

@@ -116,15 +116,20 @@ class CellSearch:
     def _with_rim(
         self, judged: Judged, i: int, size: float, chosen: Callable[..., list[Event]], stress: Array, place: Array
     ) -> list[Event]:
-        """Events of a grid; that at the rim takes the place of tension beside it, which cells do not resolve."""
+        """Events of a grid, and those at the rim, which cells do not resolve; of tension they replace what is beside it.
+
+        Friction stretches the surface behind the rim, so that shear and von Mises stresses too may be largest there.
+        """
         found = chosen(i, stress, place)
-        rim = self._rim(size, _COARSE) if i == 0 and judged.strengths[0].tensile is not None else None
+        kinds = {each.kind for each in found} & {"tensile", *(("yield", "shear") if self.friction else ())}
+        rim = self._rim(size, _COARSE) if i == 0 and kinds else None
         if rim is None:
             return found
-        away = [each for each in chosen(i, _away(rim, stress, place), place) if each.kind == "tensile"]
-        first = [each.kind for each in found].index("tensile")
-        others = [each for each in found[first:] if each.kind != "tensile"]
-        return [*found[:first], *away, self._at_rim(judged, size, _COARSE, rim), *others]
+        order = [each.kind for each in found]
+        kept = [each for each in found if each.kind != "tensile"]
+        kept += [each for each in chosen(i, _away(rim, stress, place), place) if each.kind == "tensile"]
+        kept += [each for each in self._at_rim(judged, size, _COARSE, rim) if each.kind in kinds]
+        return sorted(kept, key=lambda each: order.index(each.kind))
 
     def _rim(self, size: float, count: int, phi: float | None = None) -> Rim | None:
         """The rim of a contact, or its point at a polar angle; none on bodies whose surface has no modulus."""
@@ -136,14 +141,14 @@ class CellSearch:
             else None
         )
 
-    def _at_rim(self, judged: Judged, size: float, count: int, rim: Rim) -> Event:
-        """Largest tension at the surface along the rim."""
+    def _at_rim(self, judged: Judged, size: float, count: int, rim: Rim) -> list[Event]:
+        """Largest stresses over strength of each kind at the surface along the rim."""
         x, y = rim.outside.reshape(2, -1)
         at = Located(judged.body, np.arange(x.size), np.zeros(x.size), np.zeros(x.size, dtype=int), judged.upper)
         outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0)[:6].reshape(6, -1, rim.weights.size)
         place = np.vstack([rim.place, np.zeros(rim.place.shape[1])])
         found = judged.largest(0, (outside @ rim.weights)[..., None, None], place[..., None, None])
-        return replace(next(each for each in found if each.kind == "tensile"), rim=True)
+        return [replace(each, rim=True) for each in found]
 
     def _on_grids(
         self,
@@ -183,7 +188,7 @@ class CellSearch:
     def refined(self, event: Event, size: float) -> Event:
         """Return an event with its place refined on finer cells and grids of five places along each axis."""
         if event.rim and (rim := self._rim(size, _RIM)):
-            return self._at_rim(self._judged(event), size, _RIM, rim)
+            return _of_kind(event.kind, self._at_rim(self._judged(event), size, _RIM, rim))
         cells, judged = self._cells(size, _FINE), self._judged(event)
         i, face = event.layer, event.kind.startswith("interface")
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
@@ -199,7 +204,7 @@ class CellSearch:
             zs = np.unique(np.clip(z + dz * steps, top, bottom))
             stress, place = self._at(judged, i, cells, x + dx * steps, y + dy * steps, zs)
             found = judged.largest(i, stress if rim is None else _away(rim, stress, place), place)
-            (here,) = [each for each in found if each.kind == event.kind]
+            here = _of_kind(event.kind, found)
             best = here if best is None else max(best, here, key=lambda each: each.utilisation)
             x, y, z = best.place[0], best.place[1], abs(best.place[2])
             # grids become finer once the largest value is inside, not at an end from which it may grow further
@@ -216,14 +221,13 @@ class CellSearch:
 
         def followed(other: float) -> Event:
             if event.rim and (rim := self._rim(other, _RIM, _angle(event))):
-                return self._at_rim(judged, other, _RIM, rim)
+                return _of_kind(event.kind, self._at_rim(judged, other, _RIM, rim))
             # far below the contact places depend on the depth alone
             growth = other / size if not layered or abs(event.place[2]) < size else 1.0
             x, y, z = event.place[0] * growth, event.place[1] * growth, abs(event.place[2])
             place = (np.array([each]) for each in (x, y, z if layered else z * growth))
             found = self._largest(judged, event.layer, self._cells(other, _FINE), *place)
-            (here,) = [each for each in found if each.kind == event.kind]
-            return here
+            return _of_kind(event.kind, found)
 
         return followed
 
@@ -231,11 +235,11 @@ class CellSearch:
         """Estimated relative error of the stress: twice what cells twice as wide change, and what joining cells costs."""
         judged = self._judged(event)
         if event.rim and (rim := self._rim(size, _RIM // 2, _angle(event))):
-            coarse = self._at_rim(judged, size, _RIM // 2, rim)
+            coarse = _of_kind(event.kind, self._at_rim(judged, size, _RIM // 2, rim))
         else:
             place = (np.array([each]) for each in (event.place[0], event.place[1], abs(event.place[2])))
             found = self._largest(judged, event.layer, self._cells(size, _FINE // 2), *place)
-            (coarse,) = [each for each in found if each.kind == event.kind]
+            coarse = _of_kind(event.kind, found)
         # relative error of stresses from cells that are joined and taken as discs away from the points
         return 2 * abs(coarse.utilisation / event.utilisation - 1) + 1e-3
 
@@ -253,6 +257,12 @@ def _away(rim: Rim, stress: Array, place: Array) -> Array:
 def _angle(event: Event) -> float:
     """Polar angle of a place [rad], from 0 to a full turn."""
     return float(np.arctan2(event.place[1], event.place[0]) % (2 * np.pi))
+
+
+def _of_kind(kind: str, events: list[Event]) -> Event:
+    """The one event of a kind."""
+    (found,) = [each for each in events if each.kind == kind]
+    return found
 
 
 def _largest_of_each(events: list[Event]) -> list[Event]:

@@ -178,7 +178,10 @@ class RoundSearch:
         # shear below a point is largest at half the depth away from its axis
         far = max(max(bending(each.body), each.deepest) for each in self.bodies)
         outer = np.geomspace(3 * radius, 3 * radius + far, 6)[1:] if far > 0 else np.zeros(0)
-        return np.concatenate([_RADII * radius, outer])
+        # beside the rim stresses of thin layers change over their thickness
+        thin = min(float(np.diff(each.tops).min(initial=np.inf)) for each in self.bodies) / 4
+        beside = thin * 2.0 ** np.arange(np.log2(0.06 * radius / thin)) if thin < np.inf else np.zeros(0)
+        return np.concatenate([np.sort(np.concatenate([_RADII * radius, radius - beside, radius + beside])), outer])
 
     def _judged(self, event: Event) -> Judged:
         return next(each for each in self.bodies if each.name == event.body)
@@ -192,14 +195,18 @@ class RoundSearch:
         radius, i = load.radius, event.layer
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
         # what falls off towards zero from below has its largest value at infinity: it is searched as far as the grid
-        farthest, deepest = self._radii(radius)[-1], judged.depths(i, radius)[-1]
+        radii = self._radii(radius)
+        farthest, deepest = radii[-1], judged.depths(i, radius)[-1]
         if event.utilisation > 0:
             farthest, deepest = np.inf, np.inf
         ends = np.array([[0, 0, top], [farthest, np.pi, min(bottom, deepest)]])
         at = np.array(_polar(event))
         face = event.kind.startswith("interface")
         deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(radius, float(top) / 2))
-        wide = np.array([max(0.2 * radius, 0.3 * at[0]), np.pi / 4, deep])
+        # as far as the grid is wide there, on either side
+        beside = np.searchsorted(radii, at[0])
+        broad = np.diff(radii)[max(beside - 1, 0) : beside + 1].max() if beside < radii.size else 0.3 * at[0]
+        wide = np.array([broad, np.pi / 4, deep])
         finer, highest = np.zeros(3), -np.inf
 
         def tried(place: Sequence[Array]) -> tuple[Event, Array]:
