@@ -136,3 +136,19 @@ def test_bad_input():
         fp.fields(body(-0.3), TIP, 0.0, 0.0, 0.0, radius=A)
     with pytest.raises(ValueError, match="residual_stress"):
         fp.fields(body(0.3), TIP, 0.0, 0.0, 0.0, radius=A, residual_stress=[1.0])
+
+
+@pytest.mark.parametrize("exponent", [0.01, 0.3, 0.9])
+def test_energy_with_an_infinite_pressure_at_the_edge_is_the_work_done(exponent):
+    """Waves of any length count there: 1e-3 of the energy was missing."""
+    medium, tip = fp.PowerLawHalfSpace(1.0, 1.0, exponent, 0.3), fp.Paraboloid(2.0)
+    flat = fp.indent(medium, fp.Cylinder(1.0), depth=0.01)
+    total = fp.energy_by_depth(medium, fp.Cylinder(1.0), depth=0.01).attrs["total"]
+    assert total == pytest.approx(float(flat.force[0]) * 0.01 / 2, rel=1e-12)
+    plain, pulled = (fp.indent(medium, tip, radius=0.5, **more) for more in ({}, {"work_of_adhesion": 0.01}))
+    back = float(pulled.depth[0] - plain.depth[0])
+    work = float(plain.force[0]) * back + float(plain.stiffness[0]) * back**2 / 2
+    first, second = (
+        fp.energy_by_depth(medium, tip, radius=0.5, **more).attrs["total"] for more in ({}, {"work_of_adhesion": 0.01})
+    )
+    assert second - first == pytest.approx(work, rel=1e-6)

@@ -28,13 +28,18 @@ from flatpunch.compliance import Kernel, compliance
 from flatpunch.compliance.depth import waves_at
 from flatpunch.compliance.power_law_depth import power_law_waves
 from flatpunch.compliance.stack import attenuation, interfaces
+from flatpunch.contact.curve import Control
 from flatpunch.contact.dataset import Attributes, Column, dataset
+from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.round.mean_profile import mean_contact
+from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.axisymmetric.layered import wavenumbers
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.bodies import Solid, layer_at
 from flatpunch.fields.cells import Cells
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
+from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.numerics.gauss import gauss
@@ -216,7 +221,7 @@ def _load(kernel: Kernel, indenter: Indenter, source: Source, depth: float) -> t
     if isinstance(source, RoundSource):
         assert isinstance(source.load, RingSources)
         load = _Round(source.load)
-        return load, _total(kernel, load)
+        return load, _of_edge(kernel, indenter, load.radius, depth) if kernel.exponent else _total(kernel, load)
     assert isinstance(source, CellSource)
     cells = source.cells.cropped
     x, y = np.meshgrid(cells.x, cells.y)
@@ -256,6 +261,19 @@ def _total(kernel: Kernel, load: _Round) -> float:
         rest = 2 * kernel.remainder(k * kernel.length) / (kernel.modulus * k)
         total += np.pi * float((weight * k * load.square(k)) @ rest)
     return float(total)
+
+
+def _of_edge(kernel: Kernel, indenter: Indenter, radius: float, depth: float) -> float:
+    """Energy of a power-law half-space [J], whose pressure may be infinite at the edge: waves of any length count then.
+
+    What comes after the contact without such an edge, of the same radius, is the work on a flat punch.
+    """
+    if isinstance(indenter, Cylinder):
+        return float(punch_stiffness(kernel, np.array([radius]))[0]) * depth**2 / 2
+    plain = mean_contact(kernel, indenter, Control("radius", np.array([radius])))[1]
+    first, force, stiffness = (float(each[0]) for each in (plain.depth, plain.force, plain.stiffness))
+    whole = _total(kernel, _Round(contact_load(kernel, indenter, radius, first, edge=False)))
+    return whole + force * (depth - first) + stiffness * (depth - first) ** 2 / 2
 
 
 def _below(body: Solid, load: _Transformed, z: Array) -> Array:

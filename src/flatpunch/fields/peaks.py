@@ -103,8 +103,8 @@ def peak_stresses(
     contact = contact_of(medium, indenter, {"depth": depth, "force": force, "radius": radius})
     friction, direction = checked_friction(friction), real("direction", direction, "rad")
     bodies = _bodies(underlying(medium), residual_stress)
-    for each in bodies:
-        each.check_surface()
+    for body in bodies:
+        body.check_surface()
     about = solved(contact)
     if not about["radius"] > 0:
         raise ValueError("there is no contact, so there are no stresses. Give a larger depth, force or radius.")
