@@ -218,5 +218,7 @@ def test_the_pressure_balances_the_stress_at_the_surface(body, work):
         r = 0.8 * np.array([0.01, 0.3, 0.6, 0.9, 0.99])
         p, error = fp.pressure(PRESSED[body], tip, r, 0.0, return_error=True, **at)
         fields = fp.fields(PRESSED[body], tip, r, 0.0, 0.0, **at)
-        assert np.all(np.abs(p + fields.stress.values[2]) <= error + (fields.attrs["stress_error"] + 1e-11) * np.abs(p).max())
+        assert np.all(
+            np.abs(p + fields.stress.values[2]) <= error + (fields.attrs["stress_error"] + 1e-11) * np.abs(p).max()
+        )
         assert error.max() < 1e-3 * np.abs(p).max()
