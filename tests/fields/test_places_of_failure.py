@@ -54,3 +54,13 @@ def test_yield_behind_the_rim_on_cells(friction):
 def test_peaks_of_a_surface_that_is_infinitely_stiff_are_refused(tip):
     with pytest.raises(ValueError, match=r"grows without bound towards the surface \(exponent = -0\.2\)"):
         fp.peak_stresses(fp.PowerLawHalfSpace(1.0, 1.0, -0.2, 0.3), tip, depth=0.01)
+
+
+def test_the_first_event_is_the_least_of_all_loads():
+    """A ball and a coated body: the search by all criteria together passed over the ball, whose load is 12 % less."""
+    coated = fp.Medium([fp.Layer(300.0, 0.25, 2.0)], base=fp.HalfSpace(210.0, 0.3))
+    case = fp.TwoBodies(fp.HalfSpace(210.0, 0.3), coated), fp.Paraboloid(50.0)
+    strengths = [fp.Strength(yield_stress=2.0), [None, fp.Strength(yield_stress=1.5)]]
+    first, each = fp.critical_load(*case, strengths), fp.critical_loads(*case, strengths)
+    assert first.body == "upper"
+    assert first.force == pytest.approx(float(each.force.min()), rel=1e-4)
