@@ -27,8 +27,8 @@ from flatpunch.media.transverse import isotropic_plane
 _DEEPEST, _SHALLOWEST = 120.0, 1e-14
 """x between which the system is integrated: at the start the grading is taken as none, whose error decays like exp(-2x)."""
 
-_NODES = 6000
-"""Nodes of the splines in ln x: 1e-10 of the largest value between them."""
+_NODES = 24000
+"""Nodes of the splines in ln x: 1e-12 of the largest value between them."""
 
 
 def power_law_waves(body: PowerLawHalfSpace, k: Array, z: Array) -> Waves:

@@ -18,7 +18,8 @@ import scipy
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.stack import interfaces
 from flatpunch.fields.axisymmetric.anisotropic import AnisotropicPart, surface_part
-from flatpunch.fields.axisymmetric.layered import layered_part, nodes_or_points, split_off
+from flatpunch.fields.axisymmetric.layered import layered_part, split_off
+from flatpunch.fields.axisymmetric.panels import nodes_or_points
 from flatpunch.fields.axisymmetric.radial import cartesian
 from flatpunch.fields.axisymmetric.round_load import round_fields, turned
 from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc

@@ -9,13 +9,12 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.fields.axisymmetric.layered import REACH, SECOND_REACH
+from flatpunch.fields.axisymmetric.panels import REACH, SECOND_REACH, missing
 from flatpunch.fields.axisymmetric.round_load import RoundLoad, round_fields
 from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.cells import Cells, cell_fields
 from flatpunch.fields.loads import DiscLoad, Load
-from flatpunch.media import PowerLawHalfSpace
 
 _ROUNDING = 1e-12
 """What rounding leaves of stresses, as a share of the scale of the pressure."""
@@ -71,12 +70,10 @@ class RoundSource:
         some = np.unique(np.concatenate([*first, spread]))
         part = replace(at, chosen=at.chosen[some], depth=at.depth[some], layer=at.layer[some])
         second = self.load if self.again is None else self.again()
-        # where the modulus varies up to the surface, short waves matter beside the rim
-        reach = 2 * REACH if isinstance(at.body, PowerLawHalfSpace) else SECOND_REACH
-        other = self._at(second, part, x[some], y[some], direction, reach)[0]
+        other = self._at(second, part, x[some], y[some], direction, SECOND_REACH)[0]
         size = max(abs(self.pressure), abs(self.traction)) * self.load.scale
         with np.errstate(invalid="ignore"):
-            apart = np.abs(other - stress[:, some])
+            apart = np.abs(other - stress[:, some]) * missing(at.body, self.load, r[some], part.depth)
         # infinite stresses agree
         error = float(apart[np.isfinite(apart)].max(initial=0.0))
         return stress, displacement, _ROUNDING + self.own_error + (error / size if size > 0 else 0.0)

@@ -21,6 +21,7 @@ from scipy.special import gamma
 
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
+from flatpunch.fields.axisymmetric.panels import Edge, Edges
 from flatpunch.fields.axisymmetric.power_law import power_law_load
 from flatpunch.fields.axisymmetric.ring_sources import RingSources, sampled
 from flatpunch.indenters import Cylinder
@@ -71,11 +72,12 @@ def contact_load(
     kinks = np.array([0.0, *sorted(ring for ring in indenter.rings if 0 < ring < radius * (1 - 1e-12)), radius])
     # the golden section is no end of a panel that was halved
     breaks = np.sort(np.concatenate([kinks, kinks[:-1] + 0.618 * np.diff(kinks)])) if again else kinks
+    edges = (*_inside(kernel, indenter, kinks), Edge(radius, (kernel.exponent + (-1 if edge else 1)) / 2))
     if kernel.exponent:
-        return power_law_load(kernel, indenter, breaks, depth, edge=edge, again=again)
+        return power_law_load(kernel, indenter, breaks, depth, edges, again=again)
     sunk = _indentation(indenter, again)
 
-    def panels(function: Callable[[Array], Array], rounding: float, *, vanishing: bool) -> RingSources:
+    def panels(function: Callable[[Array], Array], rounding: float, edges: Edges) -> RingSources:
         return sampled(
             function,
             breaks,
@@ -83,12 +85,12 @@ def contact_load(
             _NARROWEST[kernel.graded],
             roots=kinks[1:-1],
             rounding=rounding,
-            vanishing=vanishing,
+            edges=edges,
         )
 
     if kernel.homogeneous:
         depth = depth if edge else float(sunk(np.array([radius]))[0])
-        return panels(lambda t: kernel.modulus / np.pi * (depth - sunk(t)), 0.0, vanishing=not edge)
+        return panels(lambda t: kernel.modulus / np.pi * (depth - sunk(t)), 0.0, edges)
     end = float(sunk(np.array([radius]))[0])
 
     def on_half_space(t: Array) -> Array:
@@ -100,7 +102,7 @@ def contact_load(
     series = _projected(on_half_space, radius, min(_SMOOTH, least) + 2 * again)
     rounding = np.finfo(float).eps * 4 * least * (end + float(np.abs(series).sum()))
     rest = partial(_without, on_half_space, series, radius)
-    sources = panels(rest, rounding, vanishing=False)
+    sources = panels(rest, rounding, ())
     first = least + again * (least // 2)
     for terms in ((3 - again) * least,) if kernel.graded else (first, 2 * first, 4 * first):
         # the response is linear in depth and profile: both by themselves, so that g(a) = 0 can be met
@@ -115,7 +117,18 @@ def contact_load(
     return panels(
         lambda t: kernel.modulus * (rest(t) + legendre.legval(t / radius, found)),
         kernel.modulus * rounding,
-        vanishing=not edge,
+        edges,
+    )
+
+
+def _inside(kernel: Kernel, indenter: Indenter, kinks: Array) -> Edges:
+    """Rings under the tip: where its slope jumps, the pressure varies like the logarithm of the distance or its power e."""
+    inside, zero = kinks[1:-1], np.zeros(1)
+    before, after = (np.asarray(indenter.slope(inside * (1 + step), zero)) for step in (-1e-9, 1e-9))
+    jumps = np.abs(after - before) > 1e-6 * np.abs(after).max(initial=0.0)
+    return tuple(
+        Edge(ring, kernel.exponent + (not sharp), sharp)
+        for ring, sharp in zip(inside.tolist(), jumps.tolist(), strict=True)
     )
 
 

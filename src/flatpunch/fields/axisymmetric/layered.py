@@ -9,80 +9,33 @@ there are many points they are taken on Chebyshev nodes of panels in r and z who
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 import scipy
-from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliance.power_law_depth import power_law_waves
-from flatpunch.compliance.stack import Body, attenuation, fastest_rate, interfaces
+from flatpunch.compliance.stack import Body, interfaces
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
+from flatpunch.fields.axisymmetric.panels import REACH, Load, Points, nodes_in_depth, nodes_in_radius, panels_in_depth
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
 from flatpunch.fields.axisymmetric.wave_table import waves_between
-from flatpunch.media import GradedLayer, Medium, PowerLawHalfSpace
+from flatpunch.media import Medium, PowerLawHalfSpace
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch import UnresolvedLayer
 
-REACH, SECOND_REACH = 36.0, 30.0
-"""k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding, exp(-30) (kl)^2 is 1e-10. The second is
-for estimates of the error."""
-
-SHORTEST = 1 / 24
-"""Decay length over the load's radius that is resolved below a graded surface, where the rest decays only like 1/k; shorter
-waves are ended by a smooth window, which blurs the rim."""
-
-FADING = 0.55, 0.12
+FADING = 0.6, 0.11
 """Middle and width of that window over its last wavenumber: 1e-7 is left there."""
-
-_R_NODES, _Z_NODES = 20, 16
-"""Chebyshev nodes of a panel in r, and in z, an octave of depth: they leave 1e-11."""
-
-_TOGETHER = 64
-"""Most nodes in z of layers that share their wavenumbers: half as many take up to twice the time in a stack of hundreds of
-layers, twice as many twice the memory."""
-
-_R_WIDTH = 1.25
-"""Width of a panel in r over the decay length."""
-
-_FEW, _NEAR = 64, 4.0
-"""Most different radii for which no panels are needed, within this multiple of the load's radius and the decay length."""
 
 _WINDOW = 140.0, 18.0
 """Middle and width of the window that ends integrals far from the load, in k times the distance: exp(-81) is left."""
 
+_BLOCK = 1 << 16
+"""Wavenumbers at once: the fields of their waves at 16 depths take 100 MB."""
+
 _SHARED = 1.5
 """Largest ratio of distances within a panel, whose points share their wavenumbers."""
-
-
-class Load(Protocol):
-    """A round load by its transform."""
-
-    @property
-    def radius(self) -> float:
-        """Radius [m]."""
-
-    @property
-    def shallow(self) -> float:
-        """Depth to which the surface part of a power-law half-space is split off [m]: radius/12 times a power of 2."""
-
-    def transform(self, k: Array) -> Array:
-        """P(k), p(r) = int k P J_0(kr) dk [Pa m^2 / m]."""
-
-
-@dataclass(frozen=True, slots=True)
-class Points:
-    """Points of one panel in z: which, between which depths, the decay length there, layer, whether a window ends integrals."""
-
-    chosen: Indices
-    low: float
-    high: float
-    decay: float
-    layer: int = 0
-    faded: bool = False
 
 
 def split_off(medium: Body | PowerLawHalfSpace, load: Load, z: Array, layer: Indices) -> Flags:
@@ -125,83 +78,18 @@ def layered_part(
     """
     count = 6 + (9 if shear else 0)
     result = np.zeros((count, r.size))
-    if isinstance(medium, PowerLawHalfSpace):
-        for part in _octaves(load, z):
-            _fill(result, medium, load, [part], r, z, shear, reach)
-    elif isinstance(medium, Medium) and medium.layers:
-        tops = np.concatenate([[0.0], interfaces(medium), [np.inf]])
+    if isinstance(medium, Medium):
         # points on an interface may be outside their layer by rounding
+        tops = np.concatenate([[0.0], interfaces(medium), [np.inf]])
         z = np.clip(z, tops[layer], tops[layer + 1])
-        parts = [part for i in np.unique(layer) for part in _panels_in_depth(medium, load, int(i), layer, z)]
-        for group in _groups(parts):
-            _fill(result, medium, load, group, r, z, shear, reach)
+    for group in panels_in_depth(medium, load, r, z, layer):
+        _fill(result, medium, load, group, r, z, shear, reach)
     return result[:6], result[6:] if shear else None
-
-
-def _groups(parts: list[Points]) -> Iterator[list[Points]]:
-    """Panels that share their wavenumbers, from the surface down: those of thin layers below the first."""
-    group: list[Points] = []
-    for part in parts:
-        alike = group and group[0].layer > 0 and part.decay <= 2 * group[0].decay
-        if not alike or sum(min(each.chosen.size, _Z_NODES) for each in (*group, part)) > _TOGETHER:
-            if group:
-                yield group
-            group = []
-        group.append(part)
-    if group:
-        yield group
-
-
-def _panels_in_depth(medium: Medium, load: Load, i: int, layer: Indices, depths: Array) -> Iterator[Points]:
-    """Panels over whose depth fields are smooth: in isotropic layers octaves, and all of a top layer that is split off.
-
-    Graded layers have a panel for each stretch of their laws: stresses along the surface are as smooth as the modulus.
-
-    Fields that return from a face decay at most as fast as the larger rate, those that arrive there at the smaller one.
-    """
-    here = np.flatnonzero(layer == i)
-    z = depths[here]
-    faces, rate = np.concatenate([[0.0], interfaces(medium)]), fastest_rate(medium, i)
-    split = i == 0 and not isinstance(medium.layers[0], GradedLayer)
-
-    def decay(depth: float) -> float:
-        """Length over which fields decay [m]: in the top layer counted from the surface to its lower face and back."""
-        reached, face = attenuation(medium, np.array([depth, faces[1]]))
-        return float(2 * face - reached if split else reached)
-
-    if split and rate == 1:
-        yield Points(here, 0.0, faces[1], decay(float(z.max())))
-        return
-    start = faces[i]
-    low = max(decay(start), SHORTEST * load.radius if i == 0 and not split else 0.0)
-    limit = faces[i + 1] if i + 1 < faces.size else np.inf
-    breaks = faces[i] + np.array(getattr(medium.layers[i], "breaks", ()) if i < len(medium.layers) else ())
-    while start < limit:
-        # the shallowest panel under a graded surface is as long as the first wave that is resolved
-        end = (low if i == 0 and start == 0 and not split else start) + low / rate
-        end = min(end, limit, *breaks[breaks > start])
-        last = end >= limit or end >= z.max()
-        chosen = np.flatnonzero((z >= start) & ((z <= end) if last else (z < end)))
-        if chosen.size:
-            yield Points(here[chosen], start, end, decay(end) if split else low, i, start == 0 and not split)
-        if last:
-            return
-        start, low = end, decay(end)
-
-
-def _octaves(load: Load, z: Array) -> Iterator[Points]:
-    """Panels in the depth of a power-law half-space."""
-    start, end = 0.0, 2 * SHORTEST * load.radius
-    while start < z.max(initial=-1.0) or start == 0:
-        chosen = np.flatnonzero((z > start) & (z <= end) if start > 0 else z <= end)
-        if chosen.size:
-            yield Points(chosen, start, end, start or end / 2, faded=start == 0)
-        start, end = end, 2 * end
 
 
 def _fill(
     result: Array,
-    medium: Medium | PowerLawHalfSpace,
+    medium: Body | PowerLawHalfSpace,
     load: Load,
     parts: list[Points],
     r: Array,
@@ -211,83 +99,43 @@ def _fill(
 ) -> None:
     """Functions at the points of panels in depth that share their wavenumbers, into `result`, (functions, points)."""
     decay = min(part.decay for part in parts)
-    rules = [nodes_or_points(z[part.chosen], part.low, part.high, _Z_NODES) for part in parts]
+    rules = [nodes_in_depth(part, z) for part in parts]
     depths, layers = (
         np.concatenate([nodes for nodes, _ in rules]),
         np.concatenate([np.full(nodes.size, part.layer) for part, (nodes, _) in zip(parts, rules, strict=True)]),
     )
     points = np.concatenate([part.chosen for part in parts])
     first, node = (np.cumsum([0, *sizes]) for sizes in zip(*((w.shape) for _, w in rules), strict=True))
-    spectra: dict[float, tuple[Array, Array, Array]] = {}
-    for chosen, low, high in _panels_in_radius(r[points], load.radius, decay):
-        radii, weights = nodes_or_points(r[points[chosen]], low, high, _R_NODES if high > 0 else _FEW)
+    panels: dict[float, list[tuple[Indices, Array, Array, float]]] = {}
+    for chosen, radii, weights, many in nodes_in_radius(r[points], load.radius, decay):
         # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
         extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
+        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if many else 0.0
+        panels.setdefault(extent, []).append((chosen, radii, weights, gap))
+    for extent, those in panels.items():
         # with another reach all nodes differ, so that a second one gives an estimate of the error
-        extent *= REACH / reach
-        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if high > 0 else 0.0
-        if extent not in spectra:
-            spectra[extent] = _spectrum(
-                medium, load, layers, depths, (reach / decay, extent, gap, parts[0].faded), shear
-            )
-        table = _table(spectra[extent], radii)
-        for n, (_, depth_weights) in enumerate(rules):
-            mine = (chosen >= first[n]) & (chosen < first[n + 1])
-            there = chosen[mine]
-            of_depth = depth_weights[there - first[n]]
-            result[:, points[there]] = _combined(table[:, :, node[n] : node[n + 1]], weights[mine], of_depth)
+        rule = (reach / decay, extent * REACH / reach, those[0][3], parts[0].faded)
+        tables = [np.zeros((len(result), radii.size, depths.size)) for _, radii, _, _ in those]
+        for spectrum in _spectra(medium, load, layers, depths, rule, shear):
+            for table, (_, radii, _, _) in zip(tables, those, strict=True):
+                table += _table(spectrum, radii)
+        for table, (chosen, _, weights, _) in zip(tables, those, strict=True):
+            for n, (_, depth_weights) in enumerate(rules):
+                mine = (chosen >= first[n]) & (chosen < first[n + 1])
+                there = chosen[mine]
+                of_depth = depth_weights[there - first[n]]
+                result[:, points[there]] = _combined(table[:, :, node[n] : node[n + 1]], weights[mine], of_depth)
 
 
-def _panels_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices, float, float]]:
-    """Points by panels in r, which grow with the distance from the load."""
-    order = np.argsort(r, kind="stable")
-    ordered = r[order]
-    at = int(np.searchsorted(ordered, _NEAR * (a + decay), side="right"))
-    if 0 < np.unique(ordered[:at]).size <= _FEW:
-        yield order[:at], 0.0, 0.0
-    else:
-        at = 0
-    while at < r.size:
-        low = float(ordered[at])
-        if low <= a + decay:
-            # panels on a fixed grid of this width
-            width = _R_WIDTH * decay
-            low = width * np.floor(low / width)
-            high = low + width
-        else:
-            high = low + _R_WIDTH * max(decay, low - a)
-        end = int(np.searchsorted(ordered, high, side="right"))
-        yield order[at:end], low, high
-        at = end
-
-
-def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Array, Array]:
-    """Places at which functions are taken, and weights that bring them to the points x, shape (n, places).
-
-    The places are the points themselves where they are fewer than Chebyshev nodes would be.
-    """
-    own, which = np.unique(x, return_inverse=True)
-    if own.size <= count:
-        weights = np.zeros((x.size, own.size))
-        weights[np.arange(x.size), which.ravel()] = 1
-        return own, weights
-    low, high = max(low, own[0] - 1e-9 * (own[-1] - own[0])), min(high, own[-1])
-    nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-    values = chebyshev.chebvander(np.clip((2 * x - low - high) / (high - low), -1, 1), count - 1)
-    transform = chebyshev.chebvander(nodes, count - 1).T * 2 / count
-    transform[0] /= 2
-    return np.maximum((low + high) / 2 + (high - low) / 2 * nodes, 0.0), values @ transform
-
-
-def _spectrum(
-    medium: Medium | PowerLawHalfSpace,
+def _spectra(
+    medium: Body | PowerLawHalfSpace,
     load: Load,
     layer: Indices,
     z: Array,
     rule: tuple[float, float, float, bool],
     shear: bool,
-) -> tuple[Array, Array, Array]:
-    """Wavenumbers and weights with the load's transform, (nk,), and amplitudes of the functions, (functions, nk, nz).
+) -> Iterator[tuple[Array, Array, Array]]:
+    """Wavenumbers and weights with the load's transform, (nk,), and amplitudes of the functions, (functions, nk, nz), in blocks.
 
     `rule` is the largest wavenumber, the largest and smallest distance between points and load, and whether short waves fade
     out. Far from the load they cancel: a smooth window ends the integral, whose own transform is below rounding there.
@@ -309,10 +157,13 @@ def _spectrum(
         weight = weight * scipy.special.erfc((k * gap - _WINDOW[0]) / _WINDOW[1]) / 2
     elif faded:
         weight = weight * scipy.special.erfc((k / last - FADING[0]) / FADING[1]) / 2
-    fields = amplitudes(medium, k, z, layer, shear)
-    if split_off(medium, load, z[:1], layer[:1])[0]:
-        fields -= surface_part(medium).amplitudes(k, z, shear)
-    return k, weight * k * load.transform(k), fields
+    weight = weight * k * load.transform(k)
+    for start in range(0, k.size, _BLOCK):
+        some = slice(start, start + _BLOCK)
+        fields = amplitudes(medium, k[some], z, layer, shear)
+        if split_off(medium, load, z[:1], layer[:1])[0]:
+            fields -= surface_part(medium).amplitudes(k[some], z, shear)
+        yield k[some], weight[some], fields
 
 
 def amplitudes(body: Body | PowerLawHalfSpace, k: Array, z: Array, layer: Indices, shear: bool) -> Array:

@@ -24,6 +24,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
+from flatpunch.fields.axisymmetric.panels import Edges
 from flatpunch.fields.axisymmetric.ring_sources import RingSources, sampled
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
@@ -38,14 +39,14 @@ _TOLERANCE = 1e-12
 
 
 def power_law_load(
-    kernel: Kernel, indenter: Indenter, breaks: Array, depth: float, *, edge: bool, again: bool
+    kernel: Kernel, indenter: Indenter, breaks: Array, depth: float, edges: Edges, *, again: bool
 ) -> RingSources:
     """Ring sources of a round contact on a power-law half-space; `breaks` end with its radius; else as `contact_load`."""
     e, radius = kernel.exponent, float(breaks[-1])
     constant = float(power_law_punch(kernel).stiffness(np.ones(1))[0]) / (np.pi * beta_function(0.5, 1 + e / 2))
     own = None if isinstance(indenter, Cylinder) else _depths(kernel, indenter, breaks)
     # without adhesion the depth is the one at which g vanishes at the rim
-    top = depth if edge or own is None else float(own.value(breaks[-1:])[0])
+    top = depth if edges[-1].power < 0 or own is None else float(own.value(breaks[-1:])[0])
 
     def sources(t: Array) -> Array:
         flat = t.ravel()
@@ -55,7 +56,7 @@ def power_law_load(
         piled = _piled(own, breaks, flat, e, _NODES + 16 * again)
         return np.asarray(constant * ((top - own.value(flat)) * at_rim - e * piled).reshape(t.shape))
 
-    return sampled(sources, breaks, _TOLERANCE, vanishing=not edge)
+    return sampled(sources, breaks, _TOLERANCE, edges=edges)
 
 
 def _depths(kernel: Kernel, indenter: Indenter, breaks: Array) -> RingSources:

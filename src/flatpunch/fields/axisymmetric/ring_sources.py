@@ -23,6 +23,7 @@ from numpy.polynomial import legendre as polynomial
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch._support.threads import in_threads
+from flatpunch.fields.axisymmetric.panels import Edges
 from flatpunch.fields.axisymmetric.ring_panel import ORDERS, Complex, Panel, add_jump
 from flatpunch.numerics.chebyshev import Numbers, unit_nodes
 from flatpunch.numerics.gauss import gauss
@@ -65,11 +66,14 @@ class RingSources:
         Chebyshev coefficients of g on each panel [Pa]: in t, or in sqrt(t - b) on panels that begin with a root.
     rooted : ndarray of bool, shape (panels,)
         Whether a panel begins with a root.
+    edges : tuple of Edge
+        Where the pressure is not smooth, the rim last; none where nobody asks.
     """
 
     breaks: Array
     series: Array
     rooted: Flags
+    edges: Edges = ()
 
     @property
     def radius(self) -> float:
@@ -231,7 +235,7 @@ def sampled(
     *,
     roots: Array | None = None,
     rounding: float = 0.0,
-    vanishing: bool = False,
+    edges: Edges = (),
     by_area: bool = False,
 ) -> RingSources:
     """Ring sources of any continuous function g(t).
@@ -250,8 +254,8 @@ def sampled(
         Breaks beyond which g is smooth in sqrt(t - b) [m].
     rounding : float
         Rounding error of g [Pa], which no panel can resolve.
-    vanishing : bool
-        Whether g is zero at the radius.
+    edges : tuple of Edge
+        Those of the sources; where the power of the last one is positive, g is zero at the radius.
     by_area : bool
         Whether the tolerance is that of the integral of g, over the radius times the largest g.
     """
@@ -281,12 +285,12 @@ def sampled(
     # what is below rounding costs time without a digit
     coefficients[np.abs(coefficients) < 1e-16 * size] = 0.0
     ends = np.array([start for start, _, _ in done] + [breaks[-1]])
-    found = RingSources(ends, coefficients, np.array([root for _, _, root in done]))
-    _join(found, vanishing=vanishing)
+    found = RingSources(ends, coefficients, np.array([root for _, _, root in done]), edges)
+    _join(found)
     return found
 
 
-def _join(sources: RingSources, *, vanishing: bool) -> None:
+def _join(sources: RingSources) -> None:
     """Make panels meet by linear terms within their error: a jump of g is a ring of infinite stress at the surface.
 
     The shorter panel takes most of it, as the error is largest on short panels beside kinks.
@@ -295,6 +299,6 @@ def _join(sources: RingSources, *, vanishing: bool) -> None:
     start, end = (np.asarray(chebyshev.chebval(x, series.T)) for x in (-1.0, 1.0))
     meeting = (width[:-1] * end[:-1] + width[1:] * start[1:]) / (width[:-1] + width[1:])
     at_start = np.concatenate([[0.0], meeting - start[1:]])
-    at_end = np.concatenate([meeting - end[:-1], [-end[-1] if vanishing else 0.0]])
+    at_end = np.concatenate([meeting - end[:-1], [-end[-1] if sources.edges and sources.edges[-1].power > 0 else 0.0]])
     series[:, 0] += (at_end + at_start) / 2
     series[:, 1] += (at_end - at_start) / 2

@@ -8,7 +8,8 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
-from flatpunch.fields.axisymmetric.layered import REACH, layered_part, split_off
+from flatpunch.fields.axisymmetric.layered import layered_part, split_off
+from flatpunch.fields.axisymmetric.panels import REACH, Edges
 from flatpunch.fields.axisymmetric.radial import cartesian
 from flatpunch.fields.bodies import Located
 
@@ -21,6 +22,9 @@ class RoundLoad(Protocol):
 
     @property
     def shallow(self) -> float: ...  # noqa: D102
+
+    @property
+    def edges(self) -> Edges: ...  # noqa: D102
 
     @property
     def scale(self) -> float: ...  # noqa: D102

@@ -14,7 +14,8 @@ import scipy
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliance.stack import attenuation, interfaces
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
-from flatpunch.fields.axisymmetric.layered import FADING, REACH, SHORTEST, amplitudes, bessel_functions, wavenumbers
+from flatpunch.fields.axisymmetric.layered import FADING, amplitudes, bessel_functions, wavenumbers
+from flatpunch.fields.axisymmetric.panels import REACH, SHORTEST
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, cartesian
 from flatpunch.fields.axisymmetric.round_load import RoundLoad
 from flatpunch.fields.bodies import Solid

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.special import elliprc, elliprd, elliprf, elliprj, factorial, j1
 
 from flatpunch._support.checks import Array
+from flatpunch.fields.axisymmetric.panels import Edge, Edges
 
 _TERMS = 9
 """Terms of that series: 0.1^18."""
@@ -38,6 +39,11 @@ class UniformDisc:
     def shallow(self) -> float:
         """Depth to which the closed form is used under a power-law half-space [m]: far below it a cell acts like a disc."""
         return self.radius * 16 / 3
+
+    @property
+    def edges(self) -> Edges:
+        """The rim, at which the pressure jumps."""
+        return (Edge(self.radius, 0.0),)
 
     @property
     def scale(self) -> float:

@@ -15,7 +15,7 @@ from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile, resolved_radius
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.axisymmetric.contact_load import contact_load
-from flatpunch.fields.axisymmetric.layered import REACH, SECOND_REACH
+from flatpunch.fields.axisymmetric.panels import REACH, SECOND_REACH
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
 from flatpunch.fields.axisymmetric.section import Section
 from flatpunch.fields.failure.events import BEYOND, DEEPEST, Event, Judged, expected_utilisation, outwards
