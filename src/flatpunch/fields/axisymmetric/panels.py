@@ -22,8 +22,8 @@ SHORTEST = 1 / 24
 """Decay length over the load's radius that is resolved below a graded surface, where the rest decays only like 1/k; shorter
 waves are ended by a smooth window, which blurs the rim."""
 
-_HALVED = 7
-"""Times that this length is halved close to edges: it is 1/48 to 1/24 of the distance down to 1/1500 of the radius."""
+_HALVED = 5
+"""Times that this length is halved close to edges: it is 1/48 to 1/24 of the distance down to 1/380 of the radius."""
 
 _R_NODES, _Z_NODES = 20, 16
 """Chebyshev nodes of a panel in r, and in z, an octave of depth: they leave 1e-11."""

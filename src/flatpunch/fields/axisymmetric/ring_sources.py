@@ -135,9 +135,11 @@ class RingSources:
         values = self._on_product(spans[crowded] * length, length * (1 + unit_nodes(_SAMPLES)) / 2)
         series = scipy.fft.dct(values, axis=1) / _SAMPLES
         series[:, 0] /= 2
-        for i, own in zip(np.flatnonzero(crowded), series, strict=True):
-            here = np.flatnonzero(which == i)
-            total[here] = chebyshev.chebval(2 * (k[here] / length - spans[i]) - 1, own)
+        many, row = np.flatnonzero(~few), np.cumsum(crowded) - 1
+        for start in range(0, many.size, _CHUNK):
+            here = many[start : start + _CHUNK]
+            own = series[row[which[here]]].T
+            total[here] = chebyshev.chebval(2 * (k[here] / length - span[here]) - 1, own, tensor=False)
         return total
 
     def _on_product(self, start: Array, offset: Array) -> Array:

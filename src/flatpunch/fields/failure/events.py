@@ -27,7 +27,7 @@ DEEPEST = 2.5
 _WORTH = 0.2
 """Share by which a local maximum on the grid may be below the largest to be refined too."""
 
-_FOUND, _SOLVED, _MISSED, _SURE = 1e-3, 1e-7, 0.01, 1e-4
+_FOUND, _SOLVED, _MISSED, SURE = 1e-3, 1e-7, 0.01, 1e-4
 """Deviations of stress over strength from one: found on the grid, found at the refined place, not found, exceeded elsewhere."""
 
 BEYOND = 1e-6
@@ -293,7 +293,7 @@ def _crossing(search: Search, low: float, start: float, high: float) -> tuple[fl
     for _ in range(_ROUNDS):
         # the place may have moved, and another, which the grid under- or overestimates, may be worse there
         near = [worst, *(each for each in search.maxima(size) if 1 - _WORTH < each.utilisation < np.inf)]
-        higher = [each for each in (search.refined(each, size) for each in near) if each.utilisation > 1 + _SURE]
+        higher = [each for each in (search.refined(each, size) for each in near) if each.utilisation > 1 + SURE]
         if not higher or size <= low * (1 + ROUNDING):
             break
         size, worst = _followed(search, max(higher, key=lambda event: event.utilisation), size, low, high)

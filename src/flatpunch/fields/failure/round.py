@@ -15,10 +15,12 @@ from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile, resolved_radius
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.axisymmetric.contact_load import contact_load
-from flatpunch.fields.axisymmetric.panels import REACH, SECOND_REACH
+from flatpunch.fields.axisymmetric.panels import REACH, SECOND_REACH, missing
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
+from flatpunch.fields.axisymmetric.round_load import round_fields
 from flatpunch.fields.axisymmetric.section import Section
-from flatpunch.fields.failure.events import BEYOND, DEEPEST, Event, Judged, expected_utilisation, outwards
+from flatpunch.fields.bodies import Located
+from flatpunch.fields.failure.events import BEYOND, DEEPEST, SURE, Event, Judged, expected_utilisation, outwards
 from flatpunch.indenters import Cylinder
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
@@ -34,7 +36,7 @@ _ANGLES = np.linspace(0, np.pi, 5)
 """Polar angles of the grid on one side of the plane of sliding; without friction the first is enough."""
 
 _ROUNDS, _FINER = 3, 3.0
-"""Rounds of refinement of a place, each finer by this factor; a parabola follows."""
+"""Least rounds of refinement of a place, each finer by this factor, and more while the value rises; a parabola follows."""
 
 RANGE = 1e6
 """Ratio of sizes over which the first event is searched, on either side of the start."""
@@ -126,7 +128,7 @@ class RoundSearch:
 
     def _on_grids(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
         """Events on the grid, and in rings outside it of twice the radius each."""
-        edge = self._radii(self._load(size).radius)[-1]
+        edge = self._radii(self._load(size))[-1]
 
         def on_grid(n: int) -> list[Event]:
             return [event for each, *found in self._grid(size, only, n) for event in chosen(each, *found)]
@@ -137,7 +139,7 @@ class RoundSearch:
         """Bodies, layers, stresses (6, nr, ntheta, nz), and their places (3, nr, ntheta, nz), with depths for z."""
         load = self._load(size)
         radius = load.radius
-        r, theta = self._radii(radius), _ANGLES if self.friction else _ANGLES[:1]
+        r, theta = self._radii(load), _ANGLES if self.friction else _ANGLES[:1]
         if ring:
             r = r[-1] * np.geomspace(2 ** (ring - 1), 2**ring, 5)
         for n, each in enumerate(self.bodies):
@@ -173,15 +175,19 @@ class RoundSearch:
         # on the upper body the friction of the lower one acts backwards
         return -self.friction if judged.upper else self.friction
 
-    def _radii(self, radius: float) -> Array:
-        """Radii in units of that of the contact, and out to where stiff films bend and deep interfaces shear."""
+    def _radii(self, load: RingSources) -> Array:
+        """Radii in units of the contact's, at corners of the tip, and out to where stiff films bend and deep interfaces shear."""
+        radius = load.radius
         # shear below a point is largest at half the depth away from its axis
         far = max(max(bending(each.body), each.deepest) for each in self.bodies)
         outer = np.geomspace(3 * radius, 3 * radius + far, 6)[1:] if far > 0 else np.zeros(0)
         # beside the rim stresses of thin layers change over their thickness
         thin = min(float(np.diff(each.tops).min(initial=np.inf)) for each in self.bodies) / 4
         beside = thin * 2.0 ** np.arange(np.log2(0.06 * radius / thin)) if thin < np.inf else np.zeros(0)
-        return np.concatenate([np.sort(np.concatenate([_RADII * radius, radius - beside, radius + beside])), outer])
+        corners = [edge.radius for edge in load.edges if edge.sharp]
+        return np.concatenate(
+            [np.unique([*(_RADII * radius), *(radius - beside), *(radius + beside), *corners]), outer]
+        )
 
     def _judged(self, event: Event) -> Judged:
         return next(each for each in self.bodies if each.name == event.body)
@@ -195,7 +201,7 @@ class RoundSearch:
         radius, i = load.radius, event.layer
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
         # what falls off towards zero from below has its largest value at infinity: it is searched as far as the grid
-        radii = self._radii(radius)
+        radii = self._radii(load)
         farthest, deepest = radii[-1], judged.depths(i, radius)[-1]
         if event.utilisation > 0:
             farthest, deepest = np.inf, np.inf
@@ -207,15 +213,14 @@ class RoundSearch:
         beside = np.searchsorted(radii, at[0])
         broad = np.diff(radii)[max(beside - 1, 0) : beside + 1].max() if beside < radii.size else 0.3 * at[0]
         wide = np.array([broad, np.pi / 4, deep])
-        finer, highest = np.zeros(3), -np.inf
+        finer, highest, rising = np.zeros(3), -np.inf, True
 
         def tried(place: Sequence[Array]) -> tuple[Event, Array]:
-            section = self._section_at(judged, i, place[2], radius, float(place[0].max()), REACH)
-            stress = section.stress(load, place[0], place[1], self._traction(judged))
+            stress = self._stress(event, load, place)
             (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
             return found, _ratio(judged, event, stress)
 
-        while finer.min() < _ROUNDS:
+        while finer.min() < _ROUNDS or rising:
             lines = at[:, None] + (wide / _FINER**finer)[:, None] * np.linspace(-1, 1, 5)
             place = [np.unique(np.clip(line, *each)) for line, each in zip(lines, ends.T, strict=True)]
             if not self.friction or at[0] == 0:
@@ -225,32 +230,29 @@ class RoundSearch:
             at = np.array([axis[n] for axis, n in zip(place, index, strict=True)])
             outwards = [axis.size > 1 and n in (0, axis.size - 1) for axis, n in zip(place, index, strict=True)]
             finer += ~(np.array(outwards) & (at != ends).all(axis=0) & (ratios.max() > highest))
+            rising = ratios.max() > highest + SURE * abs(highest)
             highest = max(highest, ratios.max())
         along = [ratios.max(axis=tuple({0, 1, 2} - {n})) for n in range(3)]
         vertex = [np.array([_vertex(*each)]) for each in zip(place, along, strict=True)]
         return max((tried(each)[0] for each in (list(at[:, None]), vertex)), key=lambda each: each.utilisation)
 
-    def _section_at(self, judged: Judged, i: int, z: Array, radius: float, farthest: float, reach: float) -> Section:
-        return Section.of(
-            judged.body,
-            z,
-            np.full(z.size, i),
-            (radius / 2, 2 * radius),
-            2 * (radius + farthest),
-            shear=self.friction > 0,
-            reach=reach,
-        )
+    def _stress(self, event: Event, load: RingSources, place: Sequence[Array], reach: float = REACH) -> Array:
+        """Stresses (6, nr, ntheta, nz) in the layer of an event on the polar grid of r, theta and z."""
+        judged = self._judged(event)
+        x, y, z = (each.ravel() for each in _places(*place))
+        at = Located(judged.body, np.arange(z.size), z, np.full(z.size, event.layer))
+        stress, _ = round_fields(load, at, x, y, traction=self._traction(judged), reach=reach)
+        return stress.reshape(6, *(each.size for each in place))
 
     def error(self, event: Event, size: float) -> float:
         """Estimated relative error of the stress: what other panels and rules change."""
-        judged, (r, theta, z) = self._judged(event), _polar(event)
-        found = []
-        for again, reach in ((False, REACH), (True, SECOND_REACH)):
-            load = self._load(size, again=again)
-            section = self._section_at(judged, event.layer, np.array([z]), load.radius, r, reach)
-            stress = section.stress(load, np.array([r]), np.array([theta]), self._traction(judged))
-            found.append(float(_ratio(judged, event, stress).item()))
-        return abs(found[1] / found[0] - 1)
+        judged, place = self._judged(event), [np.array([each]) for each in _polar(event)]
+        first, second = (
+            _ratio(judged, event, self._stress(event, self._load(size, again=again), place, reach)).item()
+            for again, reach in ((False, REACH), (True, SECOND_REACH))
+        )
+        more = missing(judged.body, self._load(size), place[0], place[2])
+        return float(abs(second / first - 1) * more[0])
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
         """Follow an event at the place that it has moved to in a contact of another size."""
@@ -258,15 +260,13 @@ class RoundSearch:
         radius = self._load(size).radius
         r, theta, z = _polar(event)
         layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
-        fixed = self._section_at(judged, i, np.array([z]), radius, r, REACH) if layered else None
 
         def followed(other: float) -> Event:
             load = self._load(other)
             # far below the contact places depend on the depth alone
             growth = load.radius / radius if not layered or z < radius else 1.0
             place = np.array([r * growth]), np.array([theta]), np.array([z if layered else z * growth])
-            section = fixed or self._section_at(judged, i, place[2], load.radius, r * growth, REACH)
-            stress = section.stress(load, place[0], place[1], self._traction(judged))
+            stress = self._stress(event, load, place)
             (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
             return found
 
