@@ -64,3 +64,30 @@ def test_the_first_event_is_the_least_of_all_loads():
     first, each = fp.critical_load(*case, strengths), fp.critical_loads(*case, strengths)
     assert first.body == "upper"
     assert first.force == pytest.approx(float(each.force.min()), rel=1e-4)
+
+
+def test_yield_at_the_corner_of_a_flat_end():
+    """On a surface that softens towards zero stresses at the corner are finite: they are the largest, on one ring alone."""
+    body, tip = fp.PowerLawHalfSpace(190.6e3, 1e-6, 0.454, 0.331), fp.Truncated(fp.Sphere(19.1e-6), 38e-9)
+    found = fp.critical_load(body, tip, fp.Strength(yield_stress=5731.0))
+    corner = fp.fields(body, tip, tip.rings[0], 0.0, 0.0, force=found.force)
+    # 1.02 where the corner is no radius of the grid
+    assert utilisation(corner, 5731.0)[1] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_strength_that_is_reached_far_from_the_start():
+    """Where the estimate says that a strength is never reached the search began at a metre, and a load of zero was given."""
+    body, tip = fp.PowerLawHalfSpace(68.51e3, 1e-6, 0.13206, 0.0434), fp.Cone(0.24696)
+    found = fp.critical_load(body, tip, fp.Strength(tensile=2536.0))
+    assert found.force > 0
+    there = fp.fields(body, tip, *found.place, force=found.force)
+    assert utilisation(there, 2536.0)[0] == pytest.approx(1.0, rel=1e-6)
+
+
+def test_tension_along_a_ridge_behind_the_rim():
+    """Where the modulus hardly varies the ridge is at depths of a ten-thousandth of the radius: loads were 5 times too large."""
+    body, tip = fp.PowerLawHalfSpace(40.27e9, 1e-6, 0.129, 0.481), fp.Paraboloid(5.64e-6)
+    found = fp.critical_load(body, tip, fp.Strength(tensile=2.2e8), friction=0.19)
+    r, z = np.meshgrid(np.linspace(0.99, 1.03, 21), np.geomspace(1e-5, 1e-2, 25))
+    near = fp.fields(body, tip, -found.radius * r, 0.0, found.radius * z, force=found.force, friction=0.19)
+    assert utilisation(near, 2.2e8)[0].max() < 1 + 1e-3 + found.error

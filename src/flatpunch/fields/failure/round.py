@@ -260,12 +260,13 @@ class RoundSearch:
         radius = self._load(size).radius
         r, theta, z = _polar(event)
         layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
+        corner = any(abs(edge.radius / r - 1) < ROUNDING for edge in self._load(size).edges[:-1]) if r > 0 else False
 
         def followed(other: float) -> Event:
             load = self._load(other)
-            # far below the contact places depend on the depth alone
+            # far below the contact places depend on the depth alone, and a corner of the tip stays where it is
             growth = load.radius / radius if not layered or z < radius else 1.0
-            place = np.array([r * growth]), np.array([theta]), np.array([z if layered else z * growth])
+            place = np.array([r if corner else r * growth]), np.array([theta]), np.array([z if layered else z * growth])
             stress = self._stress(event, load, place)
             (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
             return found
@@ -295,7 +296,8 @@ def radius_limits(
     starts = np.clip(radius[np.where(reached.any(axis=1), np.argmax(reached, axis=1), -1)], flat, high)
     # what lies deep feels nothing of contacts that are small against its depth
     last = max(float(starts.max()), *(each.deepest for each in bodies))
-    return max(float(starts.min()) / RANGE, flat), float(starts.min()), min(high, last * RANGE)
+    lowest = float(starts.min()) / RANGE if reached.any(axis=1).all() else float(radius[0])
+    return max(lowest, flat), float(starts.min()), min(high, last * RANGE)
 
 
 def _octaves(judged: Judged) -> list[list[int]]:
