@@ -17,7 +17,7 @@ def graded(exponent):
     return fp.PowerLawHalfSpace(1.0, 1.0, exponent, 0.3)
 
 
-@pytest.mark.parametrize("tip, given", TIPS)
+@pytest.mark.parametrize(("tip", "given"), TIPS)
 @pytest.mark.parametrize("body", [graded(0.02), graded(0.3), graded(0.8), GRADED], ids=["0.02", "0.3", "0.8", "layer"])
 def test_the_surface_follows_the_tip_up_to_the_rim(body, tip, given):
     """The pressure of an adhesive contact is infinite at the rim: displacements were off there by a fourth of the depth."""
@@ -35,7 +35,7 @@ PROFILE = fp.RadialProfile([0.0, 0.6, 2.0], [0.0, 0.02, 0.3])
 
 @pytest.mark.parametrize("exponent", [-0.3, 0.15, 0.6])
 @pytest.mark.parametrize(
-    "tip, given, edge",
+    ("tip", "given", "edge"),
     [
         (fp.Cylinder(1.0), {"depth": 0.01}, 1.0),
         (fp.Paraboloid(10.0), ADHESIVE, 1.0),
