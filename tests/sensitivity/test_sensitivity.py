@@ -41,6 +41,7 @@ CASES = [
     (PAIR, fp.Paraboloid(2.0), 1.5, ON_HOMOGENEOUS),
     (BURIED, fp.Paraboloid(2.0), 1.5, ON_HOMOGENEOUS),
     (POWER, fp.Cone(0.3), 0.5, ON_HOMOGENEOUS),
+    (fp.TwoBodies(POWER, fp.PowerLawHalfSpace(5.0, 2.0, 0.3, 0.2)), fp.Cone(0.3), 0.5, ON_HOMOGENEOUS),
     (GRADED, fp.Paraboloid(2.0), 1.0, ON_GRADED),
 ]
 

@@ -126,7 +126,8 @@ def medium_parameters(medium: Body) -> list[Parameter]:
             if not isinstance(body, RigidBase):
                 found += _body_parameters(body, f"{side}.", elastic)
                 elastic += 1
-        return found
+        # two power-law half-spaces share their exponent: neither varies alone
+        return [each for each in found if elastic < 2 or each.kind != "exponent"]
     return _body_parameters(medium, "", 0)
 
 
