@@ -14,19 +14,16 @@ def body(exponent, poisson=0.3):
 
 
 def test_exponent_zero_is_hertz():
-    """Away from the rim 1e-5, beside it, where short waves are missed, 2e-3 of the largest stress."""
     rng = np.random.default_rng(2)
     x, y = rng.uniform(-3e-6, 3e-6, (2, 60))
     z = 1e-12 + 3e-6 * rng.uniform(0, 1, 60) ** 3
     arguments = {"radius": A, "friction": 0.3}
     hertz = fp.fields(fp.HalfSpace(1e9, 0.3), TIP, x, y, z, **arguments)
     ours = fp.fields(body(1e-7), TIP, x, y, z, **arguments)
-    off = np.abs(ours.stress - hertz.stress).values.max(axis=0) / float(np.abs(hertz.stress).max())
-    near = np.hypot(np.hypot(x, y) - A, z) < A / 12
-    assert off[~near].max() < 1e-5
-    assert off.max() < 2e-3
+    # the exponent itself changes 1e-7
+    np.testing.assert_allclose(ours.stress, hertz.stress, atol=1e-6 * float(np.abs(hertz.stress).max()))
     moved = float(np.abs(hertz.displacement).max())
-    np.testing.assert_allclose(ours.displacement, hertz.displacement, atol=1e-5 * moved)
+    np.testing.assert_allclose(ours.displacement, hertz.displacement, atol=1e-6 * moved)
 
 
 @pytest.mark.parametrize(("exponent", "poisson"), [(0.25, 1 / 2.25), (0.5, 0.4), (-0.3, 0.5), (1.0, 0.5)])
