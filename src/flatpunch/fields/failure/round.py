@@ -220,7 +220,7 @@ class RoundSearch:
             (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
             return found, _ratio(judged, event, stress)
 
-        while finer.min() < _ROUNDS or rising:
+        while finer.min() < _ROUNDS or (rising and _FINER ** finer.max() * ROUNDING < 1):
             lines = at[:, None] + (wide / _FINER**finer)[:, None] * np.linspace(-1, 1, 5)
             place = [np.unique(np.clip(line, *each)) for line, each in zip(lines, ends.T, strict=True)]
             if not self.friction or at[0] == 0:
