@@ -19,10 +19,7 @@ from flatpunch._support.threads import cores
 from flatpunch._support.whole_file import sealed
 from flatpunch._version import __version__
 from flatpunch.files.results import netcdf, write
-from flatpunch.fit.elastic.many import supported
-from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.fitting import fit_model
-from flatpunch.fit.many import plain_rows
 from flatpunch.fit.measured.curve import Curve, check_curves
 from flatpunch.fit.measured.files.readers import read_curve
 from flatpunch.fit.models import Model, model_of
@@ -316,20 +313,9 @@ class _Job:
     reading: Plain
 
     def run(self, items: Sequence[Curve | Place]) -> list[Plain]:
-        """Records of some items: plain curves side by side, the others one by one."""
+        """Records of some items."""
         model = model_of(self.sample, self.free, self.settings.method, self.settings.finite_strain)
-        opened = [self._opened(item) for item in items]
-        plain: dict[int, Plain | None] = {}
-        if isinstance(model, ForwardModel) and supported(model, self.settings):
-            read = {i: curve for i, (_, curve) in enumerate(opened) if isinstance(curve, Curve)}
-            plain = dict(zip(read, plain_rows([*read.values()], model, self.free, self.settings), strict=True))
-        rows = []
-        for i, (origin, curve) in enumerate(opened):
-            if (row := plain.get(i)) and isinstance(curve, Curve):
-                rows.append({**origin, **row, **_position(curve)})
-            else:
-                rows.append(self._one(origin, curve, model))
-        return rows
+        return [self._one(*self._opened(item), model) for item in items]
 
     def _opened(self, item: Curve | Place) -> tuple[Plain, Curve | Exception]:
         """Where a curve comes from, and the curve or what is wrong with it."""

@@ -29,7 +29,7 @@ from flatpunch.fit.report.findings import about_contact, judged, tilt_note
 from flatpunch.fit.report.intervals import by_profile
 from flatpunch.fit.report.physics_notes import limits_of_theory
 from flatpunch.fit.report.result import FitResult
-from flatpunch.fit.search import evenly_weighted, follows, searched
+from flatpunch.fit.search import follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.setup import history_setup
 from flatpunch.indenters.profile import Indenter
@@ -176,7 +176,6 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
 def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup, found: Minimum) -> FitResult:
     """Result of a fit from its minimum: values, intervals and notes."""
     settings = setup.settings
-    setup, found = evenly_weighted(setup, found, curve.name, free, settings)
     objective, count = setup.objective, len(setup.objective.names)
     if isinstance(model, AdhesiveModel) or not settings.quick:
         follows(setup, found, curve.name)
@@ -184,7 +183,7 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
     factor *= found.residual.size / max(independent(found.residual), 1.0)
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance * factor)
-    shared = _rounding(setup, found)
+    shared = _rounding(setup, found) + other_background(setup, found)
     if curve.meta.get("calibration"):
         shared = shared + _calibration(curve, model, free, settings, found)
     tilts = [(objective, found.x, np.arange(found.x.size), 1.0)] if setup.doubtful and inside.all() else []
@@ -288,6 +287,16 @@ def undetected_tilts(
         if np.isfinite(shift).all():
             added += np.outer(shift, shift)
     return added
+
+
+def other_background(setup: Setup, found: Minimum) -> Array:
+    """Covariance that another background adds which the data allow as well: a step to its minimum."""
+    if setup.other is None:
+        return np.zeros_like(found.normal)
+    residual, jacobian = setup.other.evaluate(found.x)
+    inverse = covariance(jacobian @ jacobian.T, ~found.at_bound, 1.0)[0]
+    shift = inverse @ (jacobian @ residual)
+    return np.outer(shift, shift) if np.isfinite(shift).all() else np.zeros_like(found.normal)
 
 
 def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings, found: Minimum) -> Array:

@@ -20,14 +20,6 @@ from flatpunch.fit.parameters.scaling import external, plain_limits
 from flatpunch.fit.parameters.settings import Free, Settings
 from flatpunch.fit.report.quantities import quantity, unit_of
 
-MISFIT = 0.8
-"""Correlation of neighbouring residuals in the contact from which they are the model's and not the detector's.
-
-Of 60 random curves each that the model describes, that it does not describe, and with drift as large as the noise, 0, 34 and 1
-are weighted evenly; with half of it 0, 50 and 29, which moves the moduli of the last by another tenth, with 0.95 0, 21 and 0.
-"""
-
-
 def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Minimum]:
     """Descend from the start; limits that nobody set are widened where the search ends on one."""
     start = setup.start()
@@ -78,40 +70,6 @@ def _why_not(setup: Setup, found: Minimum) -> str:
         f"no minimum found after {found.evaluations} evaluations, residual {misfit:.2g} of the force range. Fix a parameter, "
         "or give limits and a better start."
     )
-
-
-def evenly_weighted(
-    setup: Setup, found: Minimum, name: str, free: Mapping[str, Free], settings: Settings
-) -> tuple[Setup, Minimum]:
-    """Behind a cantilever, where the misfit of the contact is no noise: the force over the tip's positions, equally weighted.
-
-    The noise of the detector moves the tip as well, and counts the less the stiffer the contact is. Where the misfit is the
-    model's, these weights would decide which part of the curve the model is fitted to.
-    """
-    objective = setup.objective
-    if not isinstance(objective, Objective) or objective.spring is None or objective.loaded is not None:
-        return setup, found
-    theta, rest = objective.split(found.x)
-    r = found.residual[objective.depth > rest["contact"]]
-    if r.size < 2 * FEWEST or not memory_of(r) > MISFIT:
-        return setup, found
-    weighted = ", ".join(
-        f"{n} = {quantity(external(n, float(t)), unit_of(n))}" for n, t in zip(objective.model.free, theta, strict=True)
-    )
-    note = (
-        "The misfit of the contact is no noise of the detector: the force is fitted over the tip's position with equal weights. "
-        f"With the weights of a cantilever's noise: {weighted}."
-    )
-    setup = replace(setup, notes=(*setup.notes, note))
-    # searches with equal weights, each with the contact stiffness of the one before
-    for _ in range(2):
-        x = found.x
-        even = replace(objective, weight=objective.gives(x), _before={})
-        coarse = setup.coarse
-        if isinstance(coarse, Objective):
-            coarse = replace(coarse, weight=coarse.gives(x), _before={})
-        setup, found = searched(replace(setup, objective=even, coarse=coarse, start=x.copy), name, free, settings)
-    return setup, found
 
 
 def descended(setup: Setup, start: Array, settings: Settings) -> Minimum:

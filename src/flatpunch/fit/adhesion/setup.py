@@ -21,7 +21,7 @@ from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
-from flatpunch.fit.measured.approach import Approach, approach_of
+from flatpunch.fit.judge.orientation import Approach, approach_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.signal import CLEAR, check_saturation, converter_step, noise_of, spread_of
 from flatpunch.fit.parameters.sample import WORK

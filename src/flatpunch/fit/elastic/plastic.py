@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.fit.measured.approach import Approach
+from flatpunch.fit.judge.orientation import Approach
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
 

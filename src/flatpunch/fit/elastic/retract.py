@@ -10,7 +10,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.fit.elastic.background import over_line
 from flatpunch.fit.least_squares.speed import shows_drag, speed_of
-from flatpunch.fit.measured.approach import Approach
+from flatpunch.fit.judge.orientation import Approach
 from flatpunch.fit.measured.curve import FEWEST, Curve
 from flatpunch.fit.measured.signal import EXACT, noise_of
 from flatpunch.fit.parameters.settings import Settings

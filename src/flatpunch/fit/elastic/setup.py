@@ -1,173 +1,301 @@
-"""From a curve and a model to a least-squares problem: which part of the curve, which points, limits, where to start.
-
-The order matters: the position determines the approach, the scan of contact points the background, and only then is the force
-judged (sign, noise, saturation, adhesion), over its background.
-"""
+"""From a curve and a model without adhesion to a least-squares problem: the approach, its contact, and the range that is fitted."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch._support.prefixes import text
 from flatpunch.contact.finite_strain.caps import place_of
-from flatpunch.fit.elastic.broken import before_break
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.elastic.plastic import HARD, plastic_cycles
-from flatpunch.fit.elastic.problem import Problem
+from flatpunch.fit.elastic.plastic import refuse_plastic
 from flatpunch.fit.elastic.retract import FreeOfContact, free_of_contact
-from flatpunch.fit.least_squares.scan import Scan
-from flatpunch.fit.least_squares.setup import Setup, cut
-from flatpunch.fit.least_squares.speed import before_turn, no_drag, shows_drag
-from flatpunch.fit.measured.approach import Approach, approach_of
-from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.drops import breaks
+from flatpunch.fit.judge.background import Background
+from flatpunch.fit.judge.judgement import FEWEST as IN_CONTACT
+from flatpunch.fit.judge.judgement import SURE, Fit, Judge, dip
+from flatpunch.fit.judge.notes import about_background, about_range, no_contact
+from flatpunch.fit.judge.orientation import Approach, approaches, leap_note
+from flatpunch.fit.judge.record import SHARE, Noise, Record, strays, thinned, white_noise
+from flatpunch.fit.least_squares.blocks import blocked
+from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
+from flatpunch.fit.least_squares.speed import before_turn, no_drag, shows_drag, speed_of
+from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.parameters.unknowns import frame_of
 
-_BOTH_ENDS = (
-    "The tip is in contact at both ends of the curve: its depth was taken with its sign turned, and the approach is the "
-    "second part."
-)
+FARTHEST = 10.0
+"""Contact points are looked for this far before the first reading, over the range of depths; a ceiling."""
+_DIP = 7.0
+"""Standard deviations of the force without contact below it that are adhesion."""
 
-_SOLIDS = 1e-3, 1e13
-"""Moduli between which those of all solids lie [Pa], a thousand times below the softest gels and ten times above diamond."""
+
+@dataclass(frozen=True, eq=False)
+class Approached:
+    """An approach whose contact is found.
+
+    Attributes
+    ----------
+    found : Approach
+        With the sign of the force that grows while the tip presses.
+    part : Curve
+        The approach, as far as the user wants it fitted.
+    out : ndarray of bool
+        Its readings that jump away and back.
+    fit : Fit
+    judge : Judge
+    settings : Settings
+        As given.
+    upright : float
+        -1 where the sign of the force was turned.
+    """
+
+    found: Approach
+    part: Curve
+    out: Flags
+    fit: Fit
+    judge: Judge
+    settings: Settings
+    upright: float
+
+    @property
+    def contact(self) -> float:
+        """Contact point on the oriented depth axis [m]."""
+        return self.fit.objective.split(self.fit.x)[1]["contact"]
+
+    def over(self, curve: Curve) -> Array:
+        """Force of an oriented curve over the background without its process [N]; drag left out."""
+        rest = {**self.fit.objective.split(self.fit.x)[1], "drag": 0.0}
+        return np.asarray(curve.force - rest["baseline"] - self.fit.objective.background(rest, curve.position, None))
 
 
 def elastic_setup(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """The approach of a curve against a model without adhesion."""
-    return _setup(approach_of(curve, settings.direction), model, limits, settings)
+    return _setup(approached(curve, model, limits, settings), model, limits, settings)
 
 
-def _setup(
-    found: Approach, model: ForwardModel, limits: tuple[Array, Array], settings: Settings, *, again: bool = False
-) -> Setup:
-    """The problem of an approach; once more with what follows it where the tip is in contact at both ends of the curve."""
-    part = before_turn(cut(found.signed(found.pressing).part, settings, found.turned, found.pressing), settings)
-    # drag that the approach does not show is a constant there, and is left to the baseline
-    shown = settings.drag != "free" or shows_drag([part], settings)
-    if not shown and found.retract is None:
-        raise no_drag(part, settings, ", and there is no retraction")
-    problem = Problem(part, model, limits, settings if shown else replace(settings, drag=0.0), found.turned)
-    problem = replace(problem, upright=found.pressing)
-    problem, scan, broken = before_break(problem)
-    return _from_contact(problem, scan, found, settings, broken, shown=shown, again=again)
+def approached(
+    curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings
+) -> Approached:
+    """The first leg of a curve that shows a contact with readings before it, else the first that shows any.
+
+    Raises
+    ------
+    CurveError
+        If no leg shows a contact.
+    """
+    refused: CurveError | None = None
+    begun: Approached | None = None
+    for found in approaches(curve, settings.direction):
+        try:
+            made = _approached(found, model, limits, settings)
+        except CurveError as error:
+            refused = refused or error
+            continue
+        if made.fit.touch > 2 or made.fit.record.contacts[0] == made.fit.record.contacts[1]:
+            return made
+        begun = begun or made
+    if begun is not None:
+        return begun
+    assert refused is not None
+    raise refused
 
 
-def known_contact(found: Approach, problem: Problem, scan: Scan) -> Setup | None:
-    """The problem of an approach whose best contact is known; None where a drop or the sign of the force comes first."""
-    if breaks(problem.part.force) or problem.presses_downwards(scan):
-        return None
-    return _from_contact(problem, scan, found, problem.settings)
+def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Approached:
+    signed = found.signed(found.pressing)
+    part = before_turn(cut(signed.part, settings, found.turned, found.pressing), settings)
+    if part.depth.size < FEWEST or np.ptp(part.force) == 0:
+        raise CurveError(f"{part.name}: {part.depth.size} readings are left of the approach; a fit needs {FEWEST} or more.")
+    noise = white_noise(part.force)
+    out = strays(part.force, noise)
+    records = tuple(_record(part.turned(force=s), out, noise, model, settings, found.turned) for s in (1.0, -1.0))
+
+    def between(objective: Objective) -> tuple[Array, Array]:
+        lower, upper = with_nuisance(objective, limits, records[0].contacts)
+        # limits of moduli that nobody set are widened later
+        lower[list(records[0].moduli)], upper[list(records[0].moduli)] = -np.inf, np.inf
+        return lower, upper
+
+    given = None if settings.baseline == "auto" else Background(tilt=settings.baseline == "linear")
+    whole = settings.depth_to is not None or settings.force_to is not None
+    judge = Judge((records[0], records[1]), between, given, whole)
+    fit = judge.best()
+    if fit is None or fit.gain < SURE or fit.inside < IN_CONTACT:
+        raise no_contact(part, fit, settings)
+    upright = 1.0 if fit.record is records[0] else -1.0
+    return Approached(
+        signed.signed(upright), part.turned(force=upright), out, fit, judge, settings, found.pressing * upright
+    )
 
 
-def _from_contact(
-    problem: Problem,
-    scan: Scan,
-    found: Approach,
-    settings: Settings,
-    broken: tuple[str, ...] = (),
-    *,
-    shown: bool = True,
-    again: bool = False,
-) -> Setup:
-    """The problem of an approach from its best contact: what is judged over its background."""
-    problem, scan = problem.tilted_where_needed(scan)
-    part, model, limits = problem.part, problem.model, problem.limits
-    _check_moduli(problem, scan)
-    signed, notes = found.signed(problem.upright), found.notes
-    if problem.upright < 0:
-        notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
-    if problem.hardest(scan) >= HARD and plastic_cycles(signed.whole):
-        problem.refuse_plastic(scan, signed)
-    problem.check_contact(scan)
-    if problem.withdraws(scan):
-        if found.turns and not again:
-            # counted the other way, the tip approaches in the second part
-            other = _setup(found.backwards(), model, limits, settings, again=True)
-            return replace(other, notes=(_BOTH_ENDS, *other.notes))
-        problem.check_as_read()
+def _record(
+    part: Curve, out: Flags, noise: float, model: ForwardModel, settings: Settings, turned: float
+) -> Record:
+    clean = part.taken(~out)
+    objective = _objective(clean, part, model, settings, "tilt" if settings.baseline == "linear" else "", turned)
+    edges = thinned(clean.position, clean.force)
+    means = objective.averaged(np.repeat(np.arange(edges.size - 1), np.diff(edges)))
+    moduli = tuple(j for j, free in enumerate(model.free) if free.endswith(MODULI))
+    return Record(means, edges, noise, _contacts(objective, settings, turned), moduli)
+
+
+def _objective(
+    curve: Curve, whole: Curve, model: ForwardModel, settings: Settings, tilt: str, turned: float, speed: Array | None = None
+) -> Objective:
+    """The problem of a curve in the units of the whole approach."""
+    speed = speed_of(curve, settings) if speed is None else speed
+    held = settings.held
+    held["contact"] *= turned
+    chosen = replace(settings, baseline="linear" if tilt else settings.baseline)
+    objective = Objective(
+        model=model,
+        depth=curve.depth,
+        force=curve.force,
+        nuisance=chosen.nuisance,
+        held=held,
+        frame=frame_of(whole.depth, whole.force, whole.position, speed),
+        spring=curve.spring_constant,
+        speed=speed,
+    )
+    enough(curve, objective)
+    return objective
+
+
+def _contacts(objective: Objective, settings: Settings, turned: float) -> tuple[float, float]:
+    """Contact points that are allowed: those of the user, or the whole curve and ten times as much before it."""
+    if isinstance(settings.contact, float):
+        return objective.held["contact"], objective.held["contact"]
+    low, high = settings.contact_limits
+    if turned < 0:
+        low, high = (None if v is None else -v for v in (high, low))
+    position, force, k = objective.position, objective.force, objective.spring
+    bent = (0.0, 0.0) if k is None else (float(force.max()) / k, float(force.min()) / k)
+    first, last = float(position.min()) - bent[0], float(position.max()) - bent[1]
+    farthest = first - FARTHEST * (last - first)
+    if (low is not None and low > last) or (high is not None and high < farthest):
+        ends = sorted(turned * end for end in (first, last))
+        given = " and ".join(text(v, "m") for v in settings.contact_limits if v is not None)
         raise CurveError(
-            f"{part.name}: the force changes where the curve begins and rests where it ends: this is a retract. Give "
-            "the approach, or the whole cycle; direction = 'growing' or 'falling' overrides which way the depth goes on the "
-            "approach."
+            f"contact: the limits {given} are outside the curve, whose positions go from {text(ends[0], 'm')} to "
+            f"{text(ends[1], 'm')}. Limits have the sign of the file, as `fit` and `read` print the contact point."
         )
-    if not shown:
-        # where the tip slows down before it turns, drag bends the force: it is judged over the drag that the retraction shows
-        free = _without_contact(problem, scan, signed, settings)
-        if free is None:
-            raise no_drag(part, settings, ", and the retraction has no part without contact to compare with")
-        problem = replace(problem, settings=replace(settings, drag=free.drag))
-        scan = problem.scan()
-    problem, scan, keep, more = problem.judged(scan)
-    if problem.whole:
-        # what lies before a drop may be elastic, whatever the drop leaves behind
-        more += problem.refuse_plastic(scan, signed)
-    if settings.drag == "free":
-        problem, scan, keep = _with_retract(problem, scan, keep, signed, settings)
-    setup = problem.setup(scan, keep, (*notes, *broken, *more))
+    return farthest if low is None else low, last if high is None else high
+
+
+def _setup(made: Approached, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
+    """The problem of an approach whose contact is found."""
+    fit, found, part, record = made.fit, made.found, made.part, made.fit.record
+    notes = [*found.notes, *leap_note(found.whole)]
+    if made.upright < 0:
+        notes.append("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).")
+    if count := int(made.out.sum()):
+        notes.append(f"{count} reading{'s jump' if count > 1 else ' jumps'} away and back: left out.")
+    moduli = [float(np.exp(fit.x[j])) for j in record.moduli]
+    notes += refuse_plastic(part, found, made.over, made.contact, max(moduli, default=0.0))
+    # readings in the range
+    place = np.flatnonzero(~made.out)
+    last = int(place[record.edges[fit.end] - 1]) + 1
+    used = ~made.out[:last]
+    gone = np.repeat(fit.gone[: fit.end], np.diff(record.edges[: fit.end + 1]))
+    used[place[: gone.size][gone]] = False
+    keep, more = _adhesion(made, settings)
+    used &= keep[:last]
+    notes += more
+    if left := int(gone.sum()):
+        notes.append(f"{left} reading{'s' if left > 1 else ''} far off the fitted force {'are' if left > 1 else 'is'} left out.")
+    notes += about_range(fit, part, last, found.turned, made.judge.noted(fit), settings)
+    notes += about_background(fit)
+    shown, tilt = part.taken(slice(0, last)), "tilt" if fit.noise.background.tilt else ""
+    chosen = settings if settings.baseline != "auto" else replace(settings, baseline="linear" if tilt else "constant")
+    if fit.noise.white:
+        objective = _objective(shown.taken(used), made.part, model, settings, tilt, found.turned)
+        place_of_contact = made.contact + fit.record.bent
+        coarse, other = blocked(objective, place_of_contact), None
+    else:
+        objective = _whitened(fit, fit.noise, used & keep[:last])
+        coarse, other = objective, _other(made, used)
+    lower, upper = with_nuisance(objective, limits, record.contacts)
+    start = np.clip(fit.x, lower, upper)
+    setup = Setup(
+        part=shown,
+        used=used,
+        objective=objective,
+        lower=lower,
+        upper=upper,
+        start=lambda: start,
+        settings=chosen,
+        notes=tuple(notes),
+        coarse=coarse if settings.loss == "linear" else objective,
+        other=other,
+        tilted=bool(tilt) and settings.baseline == "auto",
+        doubtful=settings.baseline == "auto" and not tilt and fit.noise.background.size == 0 and fit.touch > 0,
+    )
     if model.finite_strain is None:
         return setup
-    return replace(setup, again=lambda x: _in_strain_table(setup, found, problem, settings, x))
+    return replace(setup, again=lambda x: _in_strain_table(setup, made, model, limits, x))
 
 
-def _in_strain_table(setup: Setup, found: Approach, problem: Problem, settings: Settings, x: Array) -> Setup | None:
+def _whitened(fit: Fit, noise: Noise, used: Flags) -> Objective:
+    """The problem on the means of the range, with residuals as large as the noise of a reading."""
+    white = fit.record.factor(noise, fit.gone, terms=False, share=False)
+    return fit.objective.first(fit.end, white * (fit.record.noise / fit.record.range))
+
+
+def _other(made: Approached, used: Flags) -> Objective | None:
+    """The problem over a walk where the background is smooth: waves carry their slope on into the contact, a walk does not."""
+    fit = made.fit
+    if not fit.noise.background.smooth:
+        return None
+    walk = replace(fit.record.learnt(fit.touch, smooth=False, tilt=False), tilt=fit.noise.background.tilt)
+    return _whitened(fit, Noise(walk, fit.noise.error), used)
+
+
+def _adhesion(made: Approached, settings: Settings) -> tuple[Flags, list[str]]:
+    """Which readings of the approach can be fitted in spite of a dip below the background, and notes."""
+    keep = np.ones(made.part.depth.size, dtype=bool)
+    far, size, means = dip(made.fit)
+    rise = made.fit.most
+    if settings.adhesion == "ignore" or far < _DIP or size < 2 * SHARE * max(rise, float(np.max(made.fit.record.y))):
+        return keep, []
+    force = size * made.fit.record.range
+    if settings.adhesion == "refuse":
+        raise CurveError(
+            f"{made.part.name}: the force dips {force:.3g} N below the baseline before it rises, {size / rise:.1%} of the largest "
+            f"force and {far:.0f} times what the force without contact does: the tip is pulled in. A model without adhesion would "
+            "put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the modulus is then still "
+            "biased by the adhesive force), or measure in a liquid that screens it. If the curve has a retract, "
+            "work_of_adhesion fits the adhesion with the rest."
+        )
+    edges, place = made.fit.record.edges, np.flatnonzero(~made.out)
+    first, last = int(edges[means.start]), int(edges[min(means.stop, edges.size - 1)])
+    keep[place[first:last]] = False
+    return keep, [
+        f"Adhesion: {force:.3g} N below the baseline; {last - first} points of the dip are left out. The modulus is biased by the "
+        "adhesive force that remains."
+    ]
+
+
+def _in_strain_table(
+    setup: Setup, made: Approached, model: ForwardModel, limits: tuple[Array, Array], x: Array
+) -> Setup | None:
     """The problem without the readings beyond the table of large strains; None where all are inside."""
-    model = problem.model
     parameters, background = setup.objective.split(x)
     place = place_of(*model.case(model.externals(parameters)))
     beyond = setup.objective.depth > background["contact"] + place.deepest
     if not beyond.any():
         return None
-    before = setup.part.depth[: np.flatnonzero(setup.used)[np.argmax(beyond)]]
+    depth = setup.part.depth[setup.used]
+    before = depth[depth <= background["contact"] + place.deepest]
     if not before.size:
         raise CurveError(
             f"{setup.part.name}: begins deeper than {text(place.deepest, 'm')}; {place.end} Leave finite_strain out."
         )
-    inside = _setup(found, model, problem.limits, replace(settings, depth_to=found.turned * before.max()))
+    settings = replace(made.settings, depth_to=made.found.turned * float(before.max()))
+    whole = made.found.signed(made.upright).whole.turned(depth=made.found.turned)
+    inside = _setup(approached(whole, model, limits, settings), model, limits, settings)
     note = f"Readings deeper than {text(place.deepest, 'm')} are left out: {place.end}"
     return replace(inside, notes=(*inside.notes, note))
-
-
-def _without_contact(problem: Problem, scan: Scan, found: Approach, settings: Settings) -> FreeOfContact | None:
-    """What the parts of approach and retraction without contact show of the drag; None if they do not."""
-    objective, part = problem.objective(), problem.part
-    rest = {**objective.split(scan.x)[1], "drag": 0.0}
-    before = problem.before(scan, part)
-    return free_of_contact(found, part, before, lambda c: objective.background(rest, c.position, None), settings)
-
-
-def _with_retract(
-    problem: Problem, scan: Scan, keep: Flags, found: Approach, settings: Settings
-) -> tuple[Problem, Scan, Flags]:
-    """The problem with the retraction's points without contact, which distinguish drag from the baseline; else as it is."""
-    part = problem.part
-    free = _without_contact(problem, scan, found, settings)
-    if free is None:
-        return problem, scan, keep
-    size = part.depth.size
-    whole = found.cycle.taken(np.append(np.arange(size), free.points))
-    whole = replace(whole, meta=dict(whole.meta))
-    longer = replace(problem, part=whole, settings=settings, speed=free.speed)
-    kept = np.append(keep, np.ones(free.points.size, dtype=bool))
-    rest = problem.objective().split(scan.x)[1]
-    if part.spring_constant is not None:
-        rest["contact"] += (free.drag - rest["drag"]) * float(np.median(free.speed[:size])) / part.spring_constant
-    rest |= {"drag": free.drag, "baseline": free.level}
-    target = longer.objective(kept)
-    scales = target.scales()
-    x = [(rest[name] - scales[name][0]) / scales[name][1] for name in target.nuisance]
-    return longer, replace(scan, x=np.append(scan.x[: len(problem.model.free)], x)), kept
-
-
-def _check_moduli(problem: Problem, scan: Scan) -> None:
-    """Refuse a force that no solid under this tip would give, before the descent looks for one."""
-    young = [float(np.exp(scan.x[j])) for j in problem.moduli]
-    if all(_SOLIDS[0] < each < _SOLIDS[1] for each in young):
-        return
-    tip = ", ".join(" ".join(line.split()) for line in str(problem.model.indenter).splitlines())
-    raise CurveError(
-        f"{problem.part.name}: under this tip the curve asks for a modulus of about {young[0]:.2g} Pa, which no solid has. "
-        f"Check the size of the tip ({tip}) and the units of depth and force."
-    )

@@ -36,6 +36,8 @@ class Objective(Unknowns):
     loaded: Indices | None = None
     part_loaded: Indices | None = None
     softest: float | None = None
+    white: Array | None = None
+    """Factor (n, n) that makes correlated residuals independent, lower triangular; in the place of `counts`."""
     position: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -67,7 +69,10 @@ class Objective(Unknowns):
                 if shifts:
                     jacobian[j, block] /= give
         residual = residual / span
-        for weight in (self.weight, None if self.counts is None else np.sqrt(self.counts)):
+        if self.white is not None:
+            residual, jacobian = self.white @ residual, jacobian @ self.white.T
+        root = None if self.counts is None or self.white is not None else np.sqrt(self.counts)
+        for weight in (self.weight, root):
             if weight is not None:
                 residual *= weight
                 jacobian *= weight
@@ -149,6 +154,19 @@ class Objective(Unknowns):
         if self.spring is not None:
             inside = inside + moving / self.spring
         return inside, np.asarray(rest["baseline"] + moving)
+
+    def first(self, end: int, white: Array) -> Objective:
+        """Return the problem of the first readings, whitened by the same rows of a factor."""
+        speed = None if self.speed is None else self.speed[:end]
+        kept = {"depth": self.depth[:end], "force": self.force[:end], "speed": speed, "white": white[:end, :end]}
+        return replace(self, **kept, counts=None, weight=None, _before={})
+
+    def contact_force(self, x: Array) -> Array:
+        """Force of the contact at the positions of the readings [N]."""
+        rest = self.split(x)[1]
+        bare = replace(self, white=None, counts=None, weight=None, _before={})
+        background = rest["baseline"] + self.background(rest, self.position, self.speed)
+        return np.asarray(bare.residuals(x) * self.frame.span + self.force - background)
 
     def averaged(self, index: Indices) -> Objective:
         """Return the problem on means over the points with the same index."""

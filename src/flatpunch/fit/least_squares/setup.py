@@ -33,6 +33,8 @@ class Setup:
         With the background that was chosen.
     coarse : Objective, optional
         The same problem on block means with the same minimum, at a fraction of the cost.
+    other : Objective, optional
+        The same problem over another background that the data allow; what it moves widens the intervals.
     again : callable, optional
         x at the minimum -> the problem with other points left out, or None if it is settled.
     notes : tuple of str
@@ -51,6 +53,7 @@ class Setup:
     settings: Settings
     notes: tuple[str, ...] = ()
     coarse: Unknowns | None = None
+    other: Unknowns | None = None
     again: Callable[[Array], Setup | None] | None = None
     tilted: bool = False
     doubtful: bool = False

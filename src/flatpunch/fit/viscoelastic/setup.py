@@ -8,10 +8,10 @@ import numpy as np
 
 from flatpunch._support.checks import TINY, Array
 from flatpunch.fit.elastic.background import asks_for_tilt, over_line
-from flatpunch.fit.elastic.problem import SAFE, Problem
+from flatpunch.fit.elastic.setup import approached
 from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
-from flatpunch.fit.measured.approach import Approach, approach_of
+from flatpunch.fit.judge.orientation import Approach, approach_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
 from flatpunch.fit.measured.signal import CLEAR, DIP, check_rise, check_saturation, converter_step, noise_of

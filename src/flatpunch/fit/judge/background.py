@@ -1,0 +1,116 @@
+"""The force without contact as a random process over the position of the cantilever's base.
+
+    b(x) = level + tilt x + w(x),    <w(x) w(x')> = size^2 K(|x - x'|/memory),
+
+x from 0 to 1 over the record, forces over their range. w is a walk that is held back over its memory (exponential K) or smooth
+waves (Matern 3/2). Drift, waves of interference, slow noise and bent lines are one thing: what the force does without contact is
+the scale against which a contact must stand out. The likelihood of the readings before the contact determines size and memory.
+
+These readings are averaged over equal stretches, so that K is the same matrix for all curves and its eigenvectors v_k with
+eigenvalues l_k are computed once: the likelihood of every size is a sum over k of variances s^2 + size^2 l_k, and level and tilt,
+which may be as large as the range, enter it by Woodbury's identity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from flatpunch._support.checks import TINY, Array
+
+_WALKS = (0.02, 0.1, 0.5, np.inf)
+"""Memories of walks, over the way before the contact."""
+_WAVES = (0.15, 0.5, 1.5)
+"""Memories of smooth waves, over the way before the contact."""
+_SIZES = np.geomspace(1e-3, 0.25, 16)
+"""Sizes of a process over the range of the force; a larger process would swallow a contact."""
+_USUAL = 0.1
+"""Size that the force without contact seldom exceeds, over the range of the force: standard deviation of the prior."""
+_NODES = 64
+"""Stretches over which the readings before the contact are averaged; more cost time only."""
+_FEWEST = 8
+"""Stretches from which a process can be learnt."""
+
+
+@dataclass(frozen=True, slots=True)
+class Background:
+    """Size and memory of a process, whether it is smooth, and whether a tilt comes with it."""
+
+    size: float = 0.0
+    memory: float = np.inf
+    smooth: bool = False
+    tilt: bool = False
+
+    def covariance(self, x: Array) -> Array:
+        """Covariance of the process without level and tilt, shape (n, n)."""
+        return self.size**2 * _kernel(x, self.memory, self.smooth)
+
+
+def _kernel(x: Array, memory: float, smooth: bool) -> Array:
+    if np.isinf(memory):
+        return np.asarray(np.minimum.outer(x, x))
+    apart = np.abs(np.subtract.outer(x, x)) / memory
+    if smooth:
+        apart *= np.sqrt(3)
+        return np.asarray((1 + apart) * np.exp(-apart))
+    return np.asarray(np.exp(-apart) * memory / 2)
+
+
+@lru_cache(maxsize=256)
+def _spectrum(nodes: int, memory: float, smooth: bool) -> tuple[Array, Array, Array]:
+    """Eigenvalues and eigenvectors (columns) of a kernel over equal stretches from 0 to 1, and level and tilt in them."""
+    x = (np.arange(nodes) + 0.5) / nodes
+    values, vectors = np.linalg.eigh(_kernel(x, memory, smooth))
+    return np.maximum(values, 0.0), vectors, vectors.T @ np.column_stack([np.ones(nodes), x])
+
+
+def likeliest(x: Array, y: Array, variance: Array, *, smooth: bool = True, tilt: bool = True) -> Background:
+    """The process that forces without contact show: the largest of all likelihoods.
+
+    Parameters
+    ----------
+    x, y, variance : ndarray, shape (n,)
+        Ascending positions, forces and variances of their white noise, over the ranges of the record.
+    smooth, tilt : bool
+        Whether smooth waves and a tilt are tried.
+    """
+    nodes = min(_NODES, x.size)
+    way = float(x[-1] - x[0]) if x.size else 0.0
+    if nodes < _FEWEST or not way > 0:
+        return Background()
+    index = np.minimum(((x - x[0]) * (nodes / way)).astype(int), nodes - 1)
+    weight = np.bincount(index, 1 / variance, nodes)
+    filled = weight > 0
+    centres = (np.arange(nodes) + 0.5) / nodes
+    means = np.interp(centres, centres[filled], (np.bincount(index, y / variance, nodes)[filled] / weight[filled]))
+    noise = float(np.mean(1 / weight[filled]))
+    best, found = -np.inf, Background()
+    kinds = [(m, False) for m in _WALKS] + ([(m, True) for m in _WAVES] if smooth else [])
+    for memory, waves in kinds:
+        values, vectors, lines = _spectrum(nodes, memory, waves)
+        along = vectors.T @ means
+        # a walk spreads over its way: the same size over a longer record
+        scale = 1.0 if waves else way
+        sizes = np.append(0.0, _SIZES) if memory == np.inf else _SIZES
+        spread = noise + np.multiply.outer(sizes**2 * scale, values)
+        # by Akaike's criterion: a process has two numbers, a tilt one
+        prior = 2.0 * (sizes > 0) + 0.5 * (sizes / _USUAL) ** 2
+        for tilted in (False, True)[: 1 + tilt]:
+            terms = lines[:, : 1 + tilted] * np.array([1.0, way])[: 1 + tilted]
+            worth = _worth(spread, along, terms) - prior - tilted
+            at = int(np.argmax(worth))
+            if worth[at] > best:
+                best = float(worth[at])
+                found = Background(float(sizes[at]), memory * way, waves, tilted)
+    return found
+
+
+def _worth(spread: Array, along: Array, terms: Array) -> Array:
+    """Logarithm of the likelihood for variances (sizes, n) of components, beside terms (n, k) of variance 1."""
+    inverse = 1 / np.maximum(spread, TINY)
+    inner = np.eye(terms.shape[1]) + np.einsum("sn,nk,nl->skl", inverse, terms, terms)
+    seen = (inverse * along) @ terms
+    square = inverse @ along**2 - np.einsum("sk,sk->s", seen, np.linalg.solve(inner, seen[:, :, None])[:, :, 0])
+    return np.asarray(-0.5 * (square + np.log(spread).sum(axis=1) + np.linalg.slogdet(inner)[1]))

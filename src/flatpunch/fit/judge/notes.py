@@ -1,0 +1,79 @@
+"""What a judgement says to people: where the fitted range ends, what the background does, and why there is no contact."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from flatpunch._support.prefixes import text
+from flatpunch.fit.judge.judgement import Fit
+from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.parameters.settings import Settings
+
+_CAUSES = {
+    (True, -1): "a breakthrough, a slip or a pop-in",
+    (True, 1): "a jump or a second contact",
+    (False, -1): "a saturated detector, a held or withdrawn load, or yield",
+    (False, 1): "a stiffer layer below, a second contact, or a model that is not this body",
+}
+"""Usual causes of a step or a bend of the force below or above the model."""
+
+_NOTED = 5.0
+"""Standard deviations of a departure within the fitted range that is worth a note."""
+
+
+def about_range(
+    fit: Fit, part: Curve, last: int, turned: float, seen: tuple[float, bool, float] | None, settings: Settings
+) -> list[str]:
+    """Where the fitted range ends and why, and what departs within it."""
+    notes = []
+    if (found := fit.departure) is not None and last < part.depth.size:
+        off = found.off / max(fit.most, 1e-300)
+        side = -1 if off < 0 else 1
+        notes.append(
+            f"From a depth of {text(turned * float(part.depth[last]), 'm')} on ({part.depth.size - last} of {part.depth.size} "
+            f"readings) the model does not describe the force, which is {abs(off):.1%} of the fitted force "
+            f"{'below' if side < 0 else 'above'} it: usually {_CAUSES[found.step, side]}. What lies before it is fitted; "
+            "depth_to = '...' overrides."
+        )
+    if fit.noise.error:
+        notes.append(
+            f"The model misses the force by about {fit.noise.error:.0%} of its largest value; the intervals contain this as noise, "
+            "not what a wrong model adds."
+        )
+    if seen is not None and seen[0] > _NOTED and abs(seen[2]) > 0.005:
+        notes.append(
+            f"Within the fitted range the force {'jumps' if seen[1] else 'bends away from the model'} by {seen[2]:+.1%} of its "
+            f"largest value ({seen[0]:.0f} standard deviations): usually "
+            f"{_CAUSES[seen[1], -1 if seen[2] < 0 else 1]}."
+        )
+    return notes
+
+
+def about_background(fit: Fit) -> list[str]:
+    """Waves and drift of the force without contact."""
+    background = fit.noise.background
+    if not background.size:
+        return []
+    over = background.size / max(fit.most, 1e-300)
+    if not background.smooth:
+        over *= np.sqrt(min(background.memory / 2, float(fit.record.x[max(fit.touch - 1, 0)])))
+    return [
+        f"The force without contact {'waves' if background.smooth else 'drifts'} by about {over:.1%} of the rise (interference, "
+        "drift, long-range forces). It is fitted as a random process of this size, which widens the intervals."
+    ]
+
+
+def no_contact(part: Curve, fit: Fit | None, settings: Settings) -> CurveError:
+    """Refusal of a record in which no contact stands out of the background."""
+    if fit is None:
+        seen = "the background alone describes the force"
+    else:
+        seen = (
+            f"{fit.inside} readings rise by {text(fit.most * fit.record.range, 'N')}, which the background explains as well"
+            if fit.inside
+            else "nothing rises"
+        )
+    return CurveError(
+        f"{part.name}: no contact is to be seen: {seen} (baseline = {settings.baseline!r}). Press deeper, average, or check which "
+        "column is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
+    )

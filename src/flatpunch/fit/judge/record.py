@@ -1,0 +1,359 @@
+"""An approach on some hundred means, its contact and its background together, and what in it the model does not describe.
+
+    F = A s(p - c) + b(p) + e + m
+
+over the position p of the cantilever's base: s the model's force at its present parameters, c the contact point, b the
+background (`background`), e white noise, m the model's own error, white and in proportion to the force that has been reached. One factor W
+with W C W^T = 1, C the covariance of b + e + m, makes readings and candidates white. It is triangular: the first n rows are the
+factor of the first n means, so that the likelihood of every contact and of every end of the described range comes from running
+sums of the same products.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from scipy.ndimage import median_filter
+
+from flatpunch._support.checks import TINY, Array, Flags, Indices
+from flatpunch.fit.judge.background import Background, likeliest
+from flatpunch.fit.least_squares.minimum import Minimum, minimise
+from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.measured.signal import converter_step
+from flatpunch.fit.parameters.unknowns import NUISANCE
+
+NODES = 300
+"""Means of a record; more cost time only."""
+_CONTACTS, _BEFORE, _AMPLITUDES = 80, 40, 10
+"""Candidates of the contact on the record and up to its range before it, and of amplitudes behind a cantilever."""
+SHARE = 0.01
+"""Share of the force by which a model may be off without being wrong; few tips and calibrations are better."""
+_EXACT = 1e-7
+"""Share of the range of the force to which models are computed: data without noise have this error."""
+
+
+class Found(NamedTuple):
+    """A contact of the scan: its likelihood, amplitude, contact point [m], sign of the force, end of the range, gain over none."""
+
+    worth: float
+    amplitude: float
+    contact: float
+    sign: float
+    end: int
+    gain: float
+
+
+@dataclass(frozen=True, eq=False)
+class Noise:
+    """A background and the model's own error over the largest force."""
+
+    background: Background
+    error: float = 0.0
+
+    @property
+    def white(self) -> bool:
+        """Whether readings over level and tilt are independent and alike."""
+        return self.background.size == 0 and self.error == 0
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """An approach on means.
+
+    Attributes
+    ----------
+    objective : Objective
+        Of the means, with all unknowns, no limits of the model reached.
+    edges : ndarray of int
+        Readings at which the means begin, and their number.
+    noise : float
+        Standard deviation of a reading [N].
+    held : tuple of float or None
+        Limits of the contact point [m].
+    """
+
+    objective: Objective
+    edges: Indices
+    noise: float
+    contacts: tuple[float, float]
+    moduli: tuple[int, ...]
+
+    @cached_property
+    def size(self) -> int:
+        """Number of means."""
+        return int(self.objective.depth.size)
+
+    @cached_property
+    def counts(self) -> Array:
+        """Readings of each mean."""
+        return np.diff(self.edges).astype(float)
+
+    @cached_property
+    def x(self) -> Array:
+        """Positions over their range."""
+        order = np.maximum.accumulate(self.objective.position)
+        rising = (order - order[0]) / max(float(order[-1] - order[0]), TINY)
+        return np.asarray(rising + 1e-9 * np.arange(order.size) / order.size)
+
+    @cached_property
+    def level(self) -> float:
+        """Force from which amplitudes are counted [N]; the background has its own level."""
+        if "baseline" not in self.objective.nuisance:
+            return self.objective.held["baseline"]
+        return float(np.median(self.objective.force[: max(self.size // 5, 3)]))
+
+    @cached_property
+    def y(self) -> Array:
+        """Forces over their range, counted from `level`."""
+        return np.asarray((self.objective.force - self.level) / self.range)
+
+    @property
+    def range(self) -> float:
+        """Range of the forces [N]."""
+        return self.objective.frame.span
+
+    @cached_property
+    def give(self) -> Array:
+        """Factor by which an error of the model at a depth moves the force at a position of the base less."""
+        k = self.objective.spring
+        if k is None:
+            return np.ones(self.size)
+        way = self.objective.position + 1e-6 * np.ptp(self.objective.position) * np.arange(self.size) / self.size
+        steep = np.abs(np.gradient(median_filter(self.objective.force, 7, mode="nearest"), np.maximum.accumulate(way)))
+        return np.clip(1 - median_filter(steep, 7, mode="nearest") / k, 0.05, 1)
+
+    @cached_property
+    def variance(self) -> Array:
+        """Variance of the white noise of the means, over the range squared."""
+        step = converter_step(self.objective.force) if self.counts.max() == 1 else 0.0
+        return np.asarray(
+            (self.noise**2 / self.counts + step**2 / 12) / self.range**2 + (SHARE * self.y * self.give) ** 2 + _EXACT**2
+        )
+
+    @cached_property
+    def reached(self) -> Array:
+        """Share of the largest force that has been reached."""
+        rise = np.maximum.accumulate(median_filter(np.abs(self.y), 3, mode="nearest"))
+        return np.asarray(rise / max(float(rise[-1]), TINY))
+
+    @property
+    def bent(self) -> float:
+        """How far the cantilever is bent by the force without contact [m]."""
+        return 0.0 if self.objective.spring is None else self.level / self.objective.spring
+
+    @property
+    def zero(self) -> Array:
+        """Unknowns at the model's starting values."""
+        return self.zero_of(self.objective)
+
+    def zero_of(self, objective: Objective) -> Array:
+        """Unknowns of a problem at the model's starting values."""
+        return np.append(objective.model.start(), np.zeros(len(objective.nuisance)))
+
+    @cached_property
+    def first_candidates(self) -> tuple[Array, Array, Array]:
+        """Candidates at the model's starting values."""
+        return self.candidates(self.at(self.zero))
+
+    def with_tilt(self, tilt: bool) -> Objective:
+        """The problem with or without a tilt of the background."""
+        wanted = set(self.objective.nuisance) - {"tilt"} | ({"tilt"} if tilt else set())
+        return replace(self.objective, nuisance=tuple(n for n in NUISANCE if n in wanted), _before={})
+
+    def at(self, x: Array) -> Table:
+        """Force over depth at parameters."""
+        reach = 1.6 * float(np.ptp(self.objective.position))
+        theta = self.objective.split(x)[0]
+        while True:
+            depth = np.geomspace(1e-6 * reach, reach, 600)
+            try:
+                force = self.objective.model.evaluate(depth, theta)[0]
+            except ValueError:
+                # the shape of the tip ends
+                reach *= 0.8
+                continue
+            good = np.isfinite(force)
+            return Table(np.append(0.0, depth[good]), np.append(0.0, force[good]))
+
+    def factor(self, noise: Noise, gone: Flags | None = None, terms: bool = True, share: bool = True) -> Array:
+        """The white factor of all means, shape (n, n); with level and tilt of the size of the range in it if `terms`.
+
+        Means that are `gone` count for nothing. Without `share` the model is taken for exact but for its stated error.
+        """
+        variance = self.variance if share else self.variance - (SHARE * self.y * self.give) ** 2
+        variance = variance + noise.error**2 * self.reached * self.give**2
+        if gone is not None:
+            variance = np.where(gone, 1e8, variance)
+        if not terms and noise.background.size == 0:
+            return np.asarray(np.diag(variance**-0.5))
+        covariance = noise.background.covariance(self.x)
+        covariance[np.diag_indices(self.size)] += variance
+        if terms:
+            if "baseline" in self.objective.nuisance:
+                covariance += 1.0
+            if noise.background.tilt:
+                covariance += np.multiply.outer(self.x, self.x)
+            if self.objective.speed is not None and "drag" in self.objective.nuisance:
+                speed = self.objective.speed / self.objective.frame.speed
+                covariance += np.multiply.outer(speed, speed)
+        factor = scipy.linalg.cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
+        return np.asarray(scipy.linalg.lapack.dtrtri(factor, lower=1, overwrite_c=True)[0])
+
+    def candidates(self, table: Table) -> tuple[Array, Array, Array]:
+        """Contact points (as positions of the base) [m], amplitudes, and forces of all candidates over the range, (n, m)."""
+        position, k, n = self.objective.position, self.objective.spring, self.size
+        low, high = (end + self.bent for end in self.contacts)
+        if high > low:
+            way = float(np.ptp(position))
+            places = np.append(
+                position[np.linspace(1, n - 5, _CONTACTS).astype(int)], position[-1] - way * np.geomspace(3e-3, 1, _BEFORE)
+            )
+            places = np.append(places, position[0] - way * np.array([0.03, 0.1, 0.3, 1.0, 3.0, 10.0]))
+            inside = places[(places >= low) & (places <= min(high, position[-5]))]
+            ends = np.clip([low, high], position[0] - way, position[-1])
+            places = np.unique(inside if inside.size >= 12 else np.append(inside, np.linspace(*ends, 24)))
+        else:
+            places = np.array([low])
+        contacts, amplitudes, forces = [], [], []
+        for place in places.tolist():
+            beyond = position - place
+            if k is None:
+                amounts = np.ones(1)
+            else:
+                i = min(int(np.searchsorted(position, place)), n - 3)
+                rise = np.abs(self.objective.force - self.objective.force[max(i - 12, 0) : i + 1].mean())
+                at = np.unique((i + np.geomspace(2, max(n - 1 - i, 2), _AMPLITUDES)).astype(int))
+                at = at[at < n]
+                shape = table.force(beyond[at] - rise[at] / k)
+                amounts = rise[at][shape > 0] / shape[shape > 0]
+            for amount in amounts.tolist():
+                contacts.append(place)
+                amplitudes.append(amount)
+                forces.append(table.behind(beyond, amount, k))
+        columns = np.array(forces).T.reshape(n, -1) / self.range
+        most = columns.max(axis=0, initial=0.0)
+        good = most > 0
+        return np.array(contacts)[good], np.array(amplitudes)[good], columns[:, good]
+
+    def scan(
+        self, white: Array, candidates: tuple[Array, Array, Array], end: int | None = None, sign: float = 0.0
+    ) -> Found | None:
+        """The likeliest contact and end of the range, or the likeliest contact of a given range; None without any."""
+        contacts, amplitudes, columns = candidates
+        if not contacts.size:
+            return None
+        n = self.size
+        most = columns.max(axis=0)
+        y, shapes = white @ self.y, white @ (columns / most)
+        along = np.cumsum(shapes * y[:, None], axis=0)
+        square = np.maximum(np.cumsum(shapes * shapes, axis=0), TINY)
+        factor = along / square / most
+        gain = 0.5 * along**2 / square
+        if self.objective.spring is not None:
+            # the amplitude is in the shape of the column already
+            gain = np.where((np.abs(factor) > 0.5) & (np.abs(factor) < 2), gain, 0.0)
+        if sign:
+            gain = np.where(sign * factor > 0, gain, 0.0)
+        # a mean beyond the end may be anywhere within the range
+        worth = np.cumsum(np.log(np.diag(white)) - 0.5 * np.log(2 * np.pi) - 0.5 * y * y)[:, None] + gain
+        touch = np.searchsorted(self.objective.position, contacts)
+        worth[np.arange(n)[:, None] < touch + 3] = -np.inf
+        if end is not None:
+            worth[: end - 1] = worth[end:] = -np.inf
+        e, j = np.unravel_index(int(np.argmax(worth)), worth.shape)
+        if not np.isfinite(worth[e, j]) or gain[e, j] <= 0:
+            return None
+        amplitude = abs(factor[e, j]) * (1.0 if self.objective.spring is None else amplitudes[j])
+        return Found(
+            float(worth[e, j]), float(amplitude), float(contacts[j] - self.bent), float(np.sign(factor[e, j])), int(e) + 1, float(gain[e, j])
+        )
+
+    def start(self, found: Found, x: Array) -> Array:
+        """Unknowns at a contact of the scan: the amplitude goes into the moduli."""
+        objective = self.objective
+        x = x.copy()
+        for j in self.moduli:
+            x[j] += np.log(found.amplitude) / len(self.moduli)
+        scales = objective.scales()
+        for name, value in (("contact", found.contact), ("baseline", self.level)):
+            if name in objective.nuisance:
+                offset, unit = scales[name]
+                x[objective.names.index(name)] = (value - offset) / unit
+        return x
+
+    def learnt(self, touch: int, *, smooth: bool = True, tilt: bool = True) -> Background:
+        """The background that the first means show."""
+        quiet = self.variance - (SHARE * self.y * self.give) ** 2
+        return likeliest(self.x[:touch], self.y[:touch], quiet[:touch], smooth=smooth, tilt=tilt)
+
+    def minimum(self, objective: Objective, x: Array, limits: tuple[Array, Array], end: int, white: Array) -> Minimum:
+        """Least squares over the first means."""
+        part = objective.first(end, white)
+        return minimise(part.evaluate, x, *limits, settled=0.05, steps=25)
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Force [N] over depth [m], ascending from (0, 0)."""
+
+    depth: Array
+    load: Array
+
+    def force(self, depth: Array) -> Array:
+        """Force at depths, zero where they are not positive."""
+        return np.interp(depth, self.depth, self.load, left=0.0)
+
+    def behind(self, beyond: Array, amount: float, spring: float | None) -> Array:
+        """Force times `amount` at positions of a cantilever's base beyond the contact."""
+        if spring is None:
+            return amount * self.force(beyond)
+        return amount * self.force(np.interp(beyond, self.depth + amount * self.load / spring, self.depth))
+
+
+def thinned(position: Array, force: Array) -> Indices:
+    """Where means over stretches of equal length along way and force begin, and the number of readings; the last stays alone."""
+    n = force.size
+    calm = median_filter(force, 5, mode="mirror")
+    rise = np.maximum.accumulate(np.abs(calm - np.median(calm[: max(n // 5, 3)])))
+    along = np.arange(n) / n + rise / max(float(rise[-1]), TINY)
+    index = np.minimum((along / along[-1] * NODES).astype(int), NODES - 1)
+    index[-1] = NODES
+    return np.append(np.flatnonzero(np.diff(index, prepend=-1)), n)
+
+
+def strays(force: Array, noise: float) -> Flags:
+    """Readings that jump away and back, at the first and last reading too.
+
+    The median over a stretch keeps every rise; beside it a reading is far off by more than its noise and the bend of the force
+    within the stretch explain. The first and last are judged by the line through their neighbours.
+    """
+    n = force.size
+    # longest disturbance that may go away again, readings; and noise levels of a reading that is far off
+    half, far = max(min(24, n // 12), 1), 6.0
+    out = np.zeros(n, dtype=bool)
+    force = force.copy()
+    i = np.arange(1, 8)
+    low, high = np.triu_indices(7, 1)
+    for end, last in ((slice(None), 0), (slice(None, None, -1), n - 1)):
+        near = force[end][1:8]
+        slope = np.median((near[high] - near[low]) / (high - low))
+        if abs(force[last] - np.median(near - slope * i)) > 2 * far * noise + 3 * np.ptp(near):
+            out[last] = True
+            force[last] = near[0]
+    calm = median_filter(np.pad(force, half, mode="reflect", reflect_type="odd"), 2 * half + 1)[half:-half]
+    off = force - calm
+    spread = float(np.median(np.abs(off))) / 0.6745
+    bend = np.abs(np.gradient(calm)) * half / 3
+    out |= np.abs(off) > far * max(noise, spread) + bend + SHARE * float(np.ptp(calm))
+    return out if out.sum() <= 0.1 * n else np.zeros(n, dtype=bool)
+
+
+def white_noise(force: Array) -> float:
+    """Standard deviation of the noise of readings [N], from their fourth differences, in which a contact cancels."""
+    fourth = np.diff(force, 4)
+    spread = float(np.median(np.abs(fourth))) / 0.6745 / np.sqrt(70) if fourth.size else 0.0
+    return max(spread, converter_step(force) / np.sqrt(12), 1e-9 * float(np.ptp(force)))
