@@ -80,8 +80,7 @@ def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
     lines = list(curve.meta.get("read", ()))
     found = setup = None
     try:
-        relaxing, sticking = sample.relaxation is not None, sample.work_of_adhesion is not None
-        found = approach_of(curve, settings.direction, first=relaxing, back=sticking)
+        found = approach_of(curve, settings.direction, back=sample.work_of_adhesion is not None)
         lines += found.found
         model = model_of(sample, free, settings.method, settings.finite_strain)
         setup = setup_of(curve, model, bounds(model, free), settings)

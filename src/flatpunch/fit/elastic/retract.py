@@ -8,30 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.fit.elastic.background import over_line
-from flatpunch.fit.least_squares.speed import shows_drag, speed_of
 from flatpunch.fit.judge.orientation import Approach
+from flatpunch.fit.judge.record import white_noise
+from flatpunch.fit.least_squares.speed import shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve
-from flatpunch.fit.measured.signal import EXACT, noise_of
+from flatpunch.fit.measured.signal import EXACT
 from flatpunch.fit.parameters.settings import Settings
-
-
-def free_retract(cycle: Approach, part: Curve, before: Flags) -> Indices:
-    """Points of the retraction that are as far out as the background of the approach; none where the tip still sticks there.
-
-    `part` is the approach in `cycle`, `before` marks its points that show the background alone.
-    """
-    curve, begin = cycle.cycle, cycle.leaves - cycle.begin
-    if before.sum() < FEWEST or curve.depth.size - begin < FEWEST:
-        return np.zeros(0, dtype=np.intp)
-    out = curve.position[begin:] <= float(part.position[before].max())
-    found = np.arange(begin + int(np.argmax(out)), curve.depth.size) if out.any() else np.zeros(0, dtype=np.intp)
-    if found.size < FEWEST:
-        return found[:0]
-    back = curve.taken(found)
-    noises = [noise_of(over_line(c, few)[few]) for c, few in ((part, before), (back, np.ones(found.size, dtype=bool)))]
-    # a tip that still sticks bends the force; rounding of clean data bends it by 1e-9
-    return found if noises[1] < 2 * noises[0] + EXACT * float(np.ptp(part.force)) else found[:0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +31,7 @@ class FreeOfContact:
     """
 
     points: Indices
-    speed: Array
+    speed: tuple[Array, Array]
     level: float
     drag: float
 
@@ -59,16 +41,27 @@ def free_of_contact(
 ) -> FreeOfContact | None:
     """What the parts of approach and retraction without contact show of a drag that is free; None if they do not.
 
-    `background` gives its force at a curve's positions, without level and drag [N]; other arguments as for `free_retract`.
+    `part` is the approach in `cycle`, `before` marks its readings without contact; the retraction has none as far out as these,
+    unless the tip still sticks there, which bends the force. `background` gives its force at a curve's positions, without level
+    and drag [N].
     """
-    found = free_retract(cycle, part, before)
-    back = cycle.cycle.taken(found) if found.size else None
-    if back is None or not shows_drag([part.taken(before), back], settings):
+    curve, begin = cycle.cycle, cycle.leaves - cycle.begin
+    if before.sum() < FEWEST or curve.depth.size - begin < FEWEST:
         return None
-    approaching, leaving = speed_of(part, settings), speed_of(back, settings)
-    assert approaching is not None
-    assert leaving is not None
-    over = np.concatenate([c.force - background(c) for c in (part.taken(before), back)])
-    moving = np.concatenate([approaching[before], leaving])
+    out = curve.position[begin:] <= float(part.position[before].max())
+    found = np.arange(begin + int(np.argmax(out)), curve.depth.size) if out.any() else np.zeros(0, dtype=np.intp)
+    if found.size < FEWEST:
+        return None
+    back, here = curve.taken(found), part.taken(before)
+    left = [c.force - np.polynomial.Polynomial.fit(c.position, c.force, 1)(c.position) for c in (here, back)]
+    # rounding of clean data bends it by 1e-9
+    least = EXACT * float(np.ptp(part.force)) + white_noise(here.force, 0.0)
+    if not np.std(left[1]) < 2 * max(float(np.std(left[0])), least) or not shows_drag([here, back], settings):
+        return None
+    speeds = [speed_of(c, settings) for c in (part, back)]
+    assert speeds[0] is not None
+    assert speeds[1] is not None
+    over = np.concatenate([c.force - background(c) for c in (here, back)])
+    moving = np.concatenate([speeds[0][before], speeds[1]])
     level, drag = np.linalg.lstsq(np.array([np.ones(moving.size), moving]).T, over, rcond=None)[0]
-    return FreeOfContact(found, np.concatenate([approaching, leaving]), float(level), float(drag))
+    return FreeOfContact(found, (speeds[0], speeds[1]), float(level), float(drag))

@@ -24,6 +24,7 @@ from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import before_turn, no_drag, shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.signal import converter_step
 from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
@@ -67,15 +68,41 @@ class Approached:
         """Contact point on the oriented depth axis [m]."""
         return self.fit.objective.split(self.fit.x)[1]["contact"]
 
+    @property
+    def before(self) -> Flags:
+        """Readings of the approach without contact."""
+        inside = self.fit.objective.indentation(self.part, self.fit.x)
+        return np.asarray(inside < 0.4 * min(float(inside.min()), 0.0))
+
+    def background(self, curve: Curve) -> Array:
+        """Force without contact at the positions of a curve, without level and drag [N]."""
+        rest = {**self.fit.objective.split(self.fit.x)[1], "drag": 0.0}
+        return np.asarray(self.fit.objective.background(rest, curve.position, None))
+
     def over(self, curve: Curve) -> Array:
         """Force of an oriented curve over the background without its process [N]; drag left out."""
-        rest = {**self.fit.objective.split(self.fit.x)[1], "drag": 0.0}
-        return np.asarray(curve.force - rest["baseline"] - self.fit.objective.background(rest, curve.position, None))
+        return np.asarray(curve.force - self.fit.objective.split(self.fit.x)[1]["baseline"] - self.background(curve))
 
 
 def elastic_setup(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """The approach of a curve against a model without adhesion."""
-    return _setup(approached(curve, model, limits, settings), model, limits, settings)
+    if settings.drag != "free":
+        return _setup(approached(curve, model, limits, settings), model, limits, settings)
+    # drag that the approach does not show is a constant there, and is left to the baseline
+    still = approached(curve, model, limits, replace(settings, drag=0.0))
+    before = still.before
+    free = free_of_contact(still.found, still.part, before, still.background, settings)
+    shown = shows_drag([still.part], settings)
+    if free is None and not shown:
+        retract = still.found.retract is not None
+        why = "the retraction has no part without contact to compare with" if retract else "there is no retraction"
+        raise no_drag(still.part, settings, f", and {why}")
+    made = still
+    if free is not None:
+        made = approached(curve, model, limits, replace(settings, drag=free.drag))
+    elif shown:
+        made = approached(curve, model, limits, settings)
+    return _setup(made, model, limits, settings, free)
 
 
 def approached(
@@ -110,9 +137,10 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
     part = before_turn(cut(signed.part, settings, found.turned, found.pressing), settings)
     if part.depth.size < FEWEST or np.ptp(part.force) == 0:
         raise CurveError(f"{part.name}: {part.depth.size} readings are left of the approach; a fit needs {FEWEST} or more.")
-    noise = white_noise(part.force)
+    step = converter_step(part.force)
+    noise = white_noise(part.force, step)
     out = strays(part.force, noise)
-    records = tuple(_record(part.turned(force=s), out, noise, model, settings, found.turned) for s in (1.0, -1.0))
+    records = tuple(_record(part.turned(force=s), out, (noise, step), model, settings, found.turned) for s in (1.0, -1.0))
 
     def between(objective: Objective) -> tuple[Array, Array]:
         lower, upper = with_nuisance(objective, limits, records[0].contacts)
@@ -133,14 +161,14 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
 
 
 def _record(
-    part: Curve, out: Flags, noise: float, model: ForwardModel, settings: Settings, turned: float
+    part: Curve, out: Flags, noise: tuple[float, float], model: ForwardModel, settings: Settings, turned: float
 ) -> Record:
     clean = part.taken(~out)
     objective = _objective(clean, part, model, settings, "tilt" if settings.baseline == "linear" else "", turned)
     edges = thinned(clean.position, clean.force)
     means = objective.averaged(np.repeat(np.arange(edges.size - 1), np.diff(edges)))
     moduli = tuple(j for j, free in enumerate(model.free) if free.endswith(MODULI))
-    return Record(means, edges, noise, _contacts(objective, settings, turned), moduli)
+    return Record(means, edges, *noise, _contacts(objective, settings, turned), moduli)
 
 
 def _objective(
@@ -186,7 +214,13 @@ def _contacts(objective: Objective, settings: Settings, turned: float) -> tuple[
     return farthest if low is None else low, last if high is None else high
 
 
-def _setup(made: Approached, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
+def _setup(
+    made: Approached,
+    model: ForwardModel,
+    limits: tuple[Array, Array],
+    settings: Settings,
+    free: FreeOfContact | None = None,
+) -> Setup:
     """The problem of an approach whose contact is found."""
     fit, found, part, record = made.fit, made.found, made.part, made.fit.record
     notes = [*found.notes, *leap_note(found.whole)]
@@ -211,15 +245,32 @@ def _setup(made: Approached, model: ForwardModel, limits: tuple[Array, Array], s
     notes += about_background(fit)
     shown, tilt = part.taken(slice(0, last)), "tilt" if fit.noise.background.tilt else ""
     chosen = settings if settings.baseline != "auto" else replace(settings, baseline="linear" if tilt else "constant")
-    if fit.noise.white:
-        objective = _objective(shown.taken(used), made.part, model, settings, tilt, found.turned)
+    if free is not None:
+        # the retraction's points without contact distinguish drag from the baseline
+        cycle, size = found.cycle, shown.depth.size
+        shown = cycle.taken(np.append(np.arange(size), free.points))
+        used = np.append(used, np.ones(free.points.size, dtype=bool))
+    speed = speed_of(shown, settings) if free is None else np.append(free.speed[0][:size], free.speed[1])
+    if speed is not None:
+        shown = replace(shown, meta={**shown.meta, "speed": speed})
+    start = fit.x
+    if fit.noise.white or free is not None:
+        rest = None if speed is None else speed[used]
+        objective = _objective(shown.taken(used), made.part, model, settings, tilt, found.turned, rest)
         place_of_contact = made.contact + fit.record.bent
         coarse, other = blocked(objective, place_of_contact), None
     else:
         objective = _whitened(fit, fit.noise, used & keep[:last])
         coarse, other = objective, _other(made, used)
     lower, upper = with_nuisance(objective, limits, record.contacts)
-    start = np.clip(fit.x, lower, upper)
+    if "drag" in objective.nuisance and "drag" not in fit.objective.nuisance:
+        known = {**fit.objective.split(fit.x)[1], "drag": free.drag if free is not None else 0.0}
+        known["baseline"] = free.level if free is not None else known["baseline"]
+        scales, count = objective.scales(), len(model.free)
+        start = np.append(
+            fit.x[:count], [(known[name] - scales[name][0]) / scales[name][1] for name in objective.nuisance]
+        )
+    start = np.clip(start, lower, upper)
     setup = Setup(
         part=shown,
         used=used,
@@ -241,7 +292,7 @@ def _setup(made: Approached, model: ForwardModel, limits: tuple[Array, Array], s
 
 def _whitened(fit: Fit, noise: Noise, used: Flags) -> Objective:
     """The problem on the means of the range, with residuals as large as the noise of a reading."""
-    white = fit.record.factor(noise, fit.gone, terms=False, share=False)
+    white = fit.record.white(noise, fit.gone, share=False)
     return fit.objective.first(fit.end, white * (fit.record.noise / fit.record.range))
 
 

@@ -85,13 +85,13 @@ class Fit:
 
     @property
     def most(self) -> float:
-        """Largest force in the range, over the range of the force."""
-        return float(self.force[self.end - 1])
+        """Rise of the contact in the range, over the range of the force."""
+        return float(self.force[self.end - 1] - self.force[0])
 
     @property
     def touch(self) -> int:
         """The first mean in contact."""
-        return int(np.argmax(self.force > 0)) if (self.force > 0).any() else self.force.size
+        return self.objective.touch(self.x)
 
     @property
     def inside(self) -> int:
@@ -124,7 +124,7 @@ class Judge:
     limits: object
     given: Background | None = None
     whole: bool = False
-    _seen: dict[tuple[Background, float], Fit | None] = field(default_factory=dict)
+    _seen: dict[tuple[Background, float, int | None], Found | None] = field(default_factory=dict)
 
     def best(self) -> Fit | None:
         """The contact that the record shows; None without any."""
@@ -157,8 +157,7 @@ class Judge:
             if not any(scans):
                 return None
             first = max((s for s in scans if s is not None), key=lambda s: s.worth)
-            place = np.searchsorted(record.objective.position, first.contact + record.bent)
-            background = record.learnt(int(place))
+            background = record.learnt(int(np.searchsorted(record.objective.position, first.place)))
             if background in seen:
                 break
             seen.append(background)
@@ -166,15 +165,20 @@ class Judge:
 
     def _scan(self, noise: Noise, end: int | None = None) -> Found | None:
         """The likeliest contact, with the table of forces at its modulus where that changes their shape."""
+        key = noise.background, noise.error, end
+        if key not in self._seen:
+            self._seen[key] = self._scanned(noise, end)
+        return self._seen[key]
+
+    def _scanned(self, noise: Noise, end: int | None) -> Found | None:
         record = self.records[0]
-        white = record.factor(noise)
-        found = record.scan(white, record.first_candidates, end)
+        found = record.scan(noise, record.first_candidates, end)
         for _ in range(3):
             if found is None or not record.moduli or not record.objective.model.bends or abs(np.log(found.amplitude)) < 0.5:
                 return found
             x = record.start(found, record.zero)
             table = record.at(x)
-            again = record.scan(white, record.candidates(table), end)
+            again = record.scan(noise, record.candidates(table), end)
             if again is None:
                 return found
             # amplitudes count from the table's own moduli
@@ -210,43 +214,41 @@ class Judge:
         x = record.start(first, record.zero_of(objective))
         n = record.size
         end = n if self.whole else (first.end if end is None else end)
-        gone, departure = np.zeros(n, dtype=bool), None
-        white = record.factor(noise, gone, terms=False)
-        for _ in range(30):
-            found = record.minimum(objective, x, limits, end, white)
-            x = found.x
+        gone, departure, slack = np.zeros(n, dtype=bool), None, 1.0
+        white = record.white(noise, gone)
+        for turn in range(30):
+            x = record.minimum(objective, x, limits, end, white).x
             force = objective.contact_force(x) / record.range
-            touch = int(np.argmax(force > 0)) if (force > 0).any() else n
+            if turn < 3 and not self.whole and departure is None and (more := record.farthest(noise, force)) > end:
+                # the scan's contacts lie apart: the best one in between may describe more
+                end = more
+                continue
+            touch = objective.touch(x)
             if end - touch < 4:
                 break
             seen = self._departures(record, objective, white, x, force, end)
             inside = (np.arange(end) >= touch + 2) & (np.arange(end) < end - 1) & (force[:end] > _FOOT * force[end - 1])
-            alone = np.abs(seen.alone) * ~gone[:end]
-            p = int(np.argmax(alone))
-            along = max(np.abs(seen.steps[inside]).max(initial=0.0), np.abs(seen.bends[inside]).max(initial=0.0))
-            if (
-                alone[p] > max(_FAR, along)
-                and abs(seen.off[p]) > 2 * SHARE * force[p]
-                and gone.sum() < 0.1 * end + 2
-            ):
-                gone[p] = True
-                white = record.factor(noise, gone, terms=False)
+            if (far := seen.far(inside, force[:end], gone[:end])) is not None:
+                gone[far] = True
+                white = record.white(noise, gone)
                 continue
             if self.whole:
                 break
+            if slack == 0:
+                # the last quarter, where the range ends by a departure that the slack let in
+                inside &= np.arange(end) > end - (end - touch) // 4
             give = float(np.median(record.give[:end][inside])) if inside.any() else 1.0
-            least = (SHARE * give + noise.error) * force[end - 1]
-            drop = np.maximum(-seen.jump, TINY)
-            by_step = np.where(inside, np.maximum(drop - least, 0.0) / drop * np.abs(seen.steps), 0.0)
-            fall = np.maximum(-seen.slope, 0.0) * (force[end - 1] - force[:end])
-            by_bend = np.where(inside, np.maximum(fall - 2 * least, 0.0) / np.maximum(fall, TINY) * np.abs(seen.bends), 0.0)
-            level = np.maximum(by_step, by_bend)
-            at = int(np.argmax(level))
-            if level[at] <= CLEAR or at - touch < 3:
-                break
+            broken = seen.broken(inside, force[:end], slack * (SHARE * give + noise.error))
+            if broken is None or broken[0] - touch < 3:
+                if end == n or slack == 0:
+                    break
+                slack = 0.0
+                continue
             # a twentieth of the readings before a break may be part of it
-            end = at - int(0.05 * (at - touch))
-            departure = Departure(end, bool(by_step[at] >= by_bend[at]), 0.0)
+            end = broken[0] - int(0.05 * (broken[0] - touch))
+            if slack == 0:
+                break
+            departure = Departure(end, broken[1], 0.0)
             if (other := self._scan(noise, end)) is not None and other.sign == first.sign:
                 starts = (x, record.start(other, record.zero_of(objective)))
                 x = min((record.minimum(objective, s, limits, end, white) for s in starts), key=lambda m: m.cost).x
@@ -269,9 +271,9 @@ class Judge:
         rest = part.split(x)[1]
         terms = [n for n in part.nuisance if n in ("baseline", "tilt", "drag")]
         fixed = rest["baseline"] if "baseline" not in terms else 0.0
-        data = part.white @ ((part.force - fixed) / part.frame.span)
+        data = part.whitened((part.force - fixed) / part.frame.span)
         if terms:
-            columns = part.white @ np.array([part.column(n, rest, part.position, part.speed) for n in terms]).T
+            columns = part.whitened(np.array([part.column(n, rest, part.position, part.speed) for n in terms])).T
             data = data - columns @ np.linalg.lstsq(columns, data, rcond=None)[0]
         return float(data @ data)
 
@@ -282,7 +284,7 @@ class Judge:
         residual, jacobian = objective.first(end, white).evaluate(x)
         basis = np.linalg.qr(jacobian.T)[0]
         residual = -(residual - basis @ (basis.T @ residual))
-        rows, p = white[:end, :end], force[:end]
+        rows, p = np.diag(white[:end]) if white.ndim == 1 else white[:end, :end], force[:end]
 
         def tested(columns: Array) -> tuple[Array, Array]:
             columns = columns - basis @ (basis.T @ columns)
@@ -296,7 +298,7 @@ class Judge:
 
     def noted(self, fit: Fit) -> tuple[float, bool, float] | None:
         """The largest departure that stays within the range: standard deviations, whether a step, share of the largest force."""
-        white = fit.record.factor(fit.noise, fit.gone, terms=False)
+        white = fit.record.white(fit.noise, fit.gone)
         seen = self._departures(fit.record, fit.objective, white, fit.x, fit.force, fit.end)
         p, places = fit.force[: fit.end], np.arange(fit.end)
         inside = (places > fit.touch + 1) & (places < fit.end - 1) & (p > _FOOT * p[-1])
@@ -318,13 +320,31 @@ class Departures(NamedTuple):
     alone: Array
     off: Array
 
+    def far(self, inside: Flags, force: Array, gone: Flags) -> int | None:
+        """The reading farthest off, if it is so alone and by more than the model may be off."""
+        alone = np.abs(self.alone) * ~gone
+        at = int(np.argmax(alone))
+        along = max(np.abs(self.steps[inside]).max(initial=0.0), np.abs(self.bends[inside]).max(initial=0.0))
+        enough = gone.sum() > 0.1 * gone.size + 1
+        return None if enough or alone[at] <= max(_FAR, along) or abs(self.off[at]) <= 2 * SHARE * force[at] else at
+
+    def broken(self, inside: Flags, force: Array, slack: float) -> tuple[int, bool] | None:
+        """Where the force falls below the model by more than a share of its largest value, and whether by a step."""
+        least, drop = slack * force[-1], np.maximum(-self.jump, TINY)
+        by_step = np.where(inside, np.maximum(drop - least, 0.0) / drop * np.abs(self.steps), 0.0)
+        fall = np.maximum(-self.slope * (force[-1] - force), TINY)
+        by_bend = np.where(inside, np.maximum(fall - 2 * least, 0.0) / fall * np.abs(self.bends), 0.0)
+        by_step[drop <= TINY], by_bend[fall <= TINY] = 0.0, 0.0
+        at = int(np.argmax(np.maximum(by_step, by_bend)))
+        return (at, bool(by_step[at] >= by_bend[at])) if max(by_step[at], by_bend[at]) > CLEAR else None
+
 
 def _off(objective: Objective, x: Array, end: int, span: float) -> float:
     """How far the force beyond the range is off the model, over the range of the force: above it or below it."""
     rest = objective.split(x)[1]
     over = objective.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
     off = (over - objective.contact_force(x)) / span
-    touch = int((objective.contact_force(x) <= 0).sum())
+    touch = objective.touch(x)
     after = off[end : end + max((end - touch) // 2, 5)]
     return float(np.median(after) - np.median(off[max(end - 12, 0) : end])) if after.size else 0.0
 
@@ -340,11 +360,11 @@ def dip(fit: Fit) -> tuple[float, float, slice]:
     if low < 6:
         return 0.0, 0.0, slice(0, 0)
     last = min(low + 2, top)
-    white = record.factor(replace(fit.noise, error=0.0), share=False)[:last, :last]
-    places = np.arange(last)
+    places = np.arange(n)
     ramps = np.array([np.clip(1 - (low - places) / width, 0, 1) for width in (2, 4, 8, 16, 32)]).T
-    columns = white @ ramps
-    data = white @ record.y[:last]
+    ramps[last:] = 0.0
+    made = record.innovations(replace(fit.noise, error=0.0), np.column_stack([record.y, ramps]), share=False)[0][:last]
+    data, columns = made[:, 0], made[:, 1:]
     size = np.linalg.norm(columns, axis=0)
     t = columns.T @ data / size
     j = int(np.argmin(t))

@@ -23,7 +23,6 @@ from flatpunch._support.checks import TINY, Array, Flags, Indices
 from flatpunch.fit.judge.background import Background, likeliest
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.measured.signal import converter_step
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
 NODES = 300
@@ -37,11 +36,11 @@ _EXACT = 1e-7
 
 
 class Found(NamedTuple):
-    """A contact of the scan: its likelihood, amplitude, contact point [m], sign of the force, end of the range, gain over none."""
+    """A contact of the scan: its likelihood, amplitude, contact as a position of the base [m], sign of the force, end of the range, gain over none."""
 
     worth: float
     amplitude: float
-    contact: float
+    place: float
     sign: float
     end: int
     gain: float
@@ -70,15 +69,18 @@ class Record:
         Of the means, with all unknowns, no limits of the model reached.
     edges : ndarray of int
         Readings at which the means begin, and their number.
-    noise : float
-        Standard deviation of a reading [N].
-    held : tuple of float or None
+    noise, step : float
+        Standard deviation of a reading, and step of a digitised force, whose rounding no mean makes smaller [N].
+    contacts : tuple of float
         Limits of the contact point [m].
+    moduli : tuple of int
+        Which of the unknowns are moduli.
     """
 
     objective: Objective
     edges: Indices
     noise: float
+    step: float
     contacts: tuple[float, float]
     moduli: tuple[int, ...]
 
@@ -129,9 +131,8 @@ class Record:
     @cached_property
     def variance(self) -> Array:
         """Variance of the white noise of the means, over the range squared."""
-        step = converter_step(self.objective.force) if self.counts.max() == 1 else 0.0
         return np.asarray(
-            (self.noise**2 / self.counts + step**2 / 12) / self.range**2 + (SHARE * self.y * self.give) ** 2 + _EXACT**2
+            (self.noise**2 / self.counts + self.step**2 / 12) / self.range**2 + (SHARE * self.y * self.give) ** 2 + _EXACT**2
         )
 
     @cached_property
@@ -179,8 +180,8 @@ class Record:
             good = np.isfinite(force)
             return Table(np.append(0.0, depth[good]), np.append(0.0, force[good]))
 
-    def factor(self, noise: Noise, gone: Flags | None = None, terms: bool = True, share: bool = True) -> Array:
-        """The white factor of all means, shape (n, n); with level and tilt of the size of the range in it if `terms`.
+    def white(self, noise: Noise, gone: Flags | None = None, *, share: bool = True) -> Array:
+        """Factor that makes the means over level and tilt independent with variance 1: (n,) if they are so, else (n, n).
 
         Means that are `gone` count for nothing. Without `share` the model is taken for exact but for its stated error.
         """
@@ -188,20 +189,43 @@ class Record:
         variance = variance + noise.error**2 * self.reached * self.give**2
         if gone is not None:
             variance = np.where(gone, 1e8, variance)
-        if not terms and noise.background.size == 0:
-            return np.asarray(np.diag(variance**-0.5))
+        if noise.background.size == 0:
+            return np.asarray(variance**-0.5)
         covariance = noise.background.covariance(self.x)
         covariance[np.diag_indices(self.size)] += variance
-        if terms:
-            if "baseline" in self.objective.nuisance:
-                covariance += 1.0
-            if noise.background.tilt:
-                covariance += np.multiply.outer(self.x, self.x)
-            if self.objective.speed is not None and "drag" in self.objective.nuisance:
-                speed = self.objective.speed / self.objective.frame.speed
-                covariance += np.multiply.outer(speed, speed)
         factor = scipy.linalg.cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
         return np.asarray(scipy.linalg.lapack.dtrtri(factor, lower=1, overwrite_c=True)[0])
+
+    @cached_property
+    def terms(self) -> Array:
+        """Level, tilt and drag as far as they are fitted, over the ranges, shape (n, k); the tilt comes last."""
+        columns = [np.ones(self.size)] if "baseline" in self.objective.nuisance else []
+        if self.objective.speed is not None and "drag" in self.objective.nuisance:
+            columns.append(self.objective.speed / self.objective.frame.speed)
+        return np.array([*columns, self.x]).T
+
+    def innovations(self, noise: Noise, columns: Array, *, share: bool = True) -> tuple[Array, Array]:
+        """Columns (n, m) made white, beside terms as large as the range, and the factors of their diagonal (n,).
+
+        Each mean is compared with what the means before it predict, the terms included (Kalman's filter of constants).
+        """
+        white = self.white(noise, share=share)
+        terms = self.terms if noise.background.tilt else self.terms[:, :-1]
+        if white.ndim == 1:
+            columns, terms = columns * white[:, None], terms * white[:, None]
+            diagonal = white
+        else:
+            columns, terms, diagonal = white @ columns, white @ terms, np.diag(white)
+        k = terms.shape[1]
+        if not k:
+            return columns, diagonal
+        before = np.zeros((self.size, k, k + columns.shape[1]))
+        products = terms[:, :, None] * np.hstack([terms, columns])[:, None, :]
+        np.cumsum(products[:-1], axis=0, out=before[1:])
+        gains = np.linalg.solve(np.eye(k) + before[:, :, :k], terms[:, :, None])[:, :, 0]
+        spread = np.sqrt(1 + np.einsum("nk,nk->n", gains, terms))
+        left = columns - np.einsum("nk,nkm->nm", gains, before[:, :, k:])
+        return left / spread[:, None], diagonal / spread
 
     def candidates(self, table: Table) -> tuple[Array, Array, Array]:
         """Contact points (as positions of the base) [m], amplitudes, and forces of all candidates over the range, (n, m)."""
@@ -239,16 +263,15 @@ class Record:
         good = most > 0
         return np.array(contacts)[good], np.array(amplitudes)[good], columns[:, good]
 
-    def scan(
-        self, white: Array, candidates: tuple[Array, Array, Array], end: int | None = None, sign: float = 0.0
-    ) -> Found | None:
+    def scan(self, noise: Noise, candidates: tuple[Array, Array, Array], end: int | None = None) -> Found | None:
         """The likeliest contact and end of the range, or the likeliest contact of a given range; None without any."""
         contacts, amplitudes, columns = candidates
         if not contacts.size:
             return None
         n = self.size
         most = columns.max(axis=0)
-        y, shapes = white @ self.y, white @ (columns / most)
+        made, diagonal = self.innovations(noise, np.column_stack([self.y, columns / most]))
+        y, shapes = made[:, 0], made[:, 1:]
         along = np.cumsum(shapes * y[:, None], axis=0)
         square = np.maximum(np.cumsum(shapes * shapes, axis=0), TINY)
         factor = along / square / most
@@ -256,10 +279,8 @@ class Record:
         if self.objective.spring is not None:
             # the amplitude is in the shape of the column already
             gain = np.where((np.abs(factor) > 0.5) & (np.abs(factor) < 2), gain, 0.0)
-        if sign:
-            gain = np.where(sign * factor > 0, gain, 0.0)
         # a mean beyond the end may be anywhere within the range
-        worth = np.cumsum(np.log(np.diag(white)) - 0.5 * np.log(2 * np.pi) - 0.5 * y * y)[:, None] + gain
+        worth = np.cumsum(np.log(diagonal) - 0.5 * np.log(2 * np.pi) - 0.5 * y * y)[:, None] + gain
         touch = np.searchsorted(self.objective.position, contacts)
         worth[np.arange(n)[:, None] < touch + 3] = -np.inf
         if end is not None:
@@ -269,8 +290,15 @@ class Record:
             return None
         amplitude = abs(factor[e, j]) * (1.0 if self.objective.spring is None else amplitudes[j])
         return Found(
-            float(worth[e, j]), float(amplitude), float(contacts[j] - self.bent), float(np.sign(factor[e, j])), int(e) + 1, float(gain[e, j])
+            float(worth[e, j]), float(amplitude), float(contacts[j]), float(np.sign(factor[e, j])), int(e) + 1, float(gain[e, j])
         )
+
+    def farthest(self, noise: Noise, force: Array) -> int:
+        """The likeliest end of the range of one contact, of forces over the range."""
+        made, diagonal = self.innovations(noise, np.column_stack([self.y, force]))
+        left = made[:, 0] - made[:, 1]
+        worth = np.cumsum(np.log(diagonal) - 0.5 * np.log(2 * np.pi) - 0.5 * left**2)
+        return int(np.argmax(worth)) + 1
 
     def start(self, found: Found, x: Array) -> Array:
         """Unknowns at a contact of the scan: the amplitude goes into the moduli."""
@@ -279,7 +307,7 @@ class Record:
         for j in self.moduli:
             x[j] += np.log(found.amplitude) / len(self.moduli)
         scales = objective.scales()
-        for name, value in (("contact", found.contact), ("baseline", self.level)):
+        for name, value in (("contact", found.place - self.bent), ("baseline", self.level)):
             if name in objective.nuisance:
                 offset, unit = scales[name]
                 x[objective.names.index(name)] = (value - offset) / unit
@@ -352,8 +380,8 @@ def strays(force: Array, noise: float) -> Flags:
     return out if out.sum() <= 0.1 * n else np.zeros(n, dtype=bool)
 
 
-def white_noise(force: Array) -> float:
+def white_noise(force: Array, step: float) -> float:
     """Standard deviation of the noise of readings [N], from their fourth differences, in which a contact cancels."""
     fourth = np.diff(force, 4)
     spread = float(np.median(np.abs(fourth))) / 0.6745 / np.sqrt(70) if fourth.size else 0.0
-    return max(spread, converter_step(force) / np.sqrt(12), 1e-9 * float(np.ptp(force)))
+    return max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force)))

@@ -94,7 +94,7 @@ def minimise(
         if change < max(settled**2 * variance, LEAST**2 * residual.size):
             # directions without any information may be far to go
             whole *= min(1.0, longest / max(float(np.abs(whole).max()), TINY))
-            last = evaluate(x + whole)
+            last = _tried(evaluate, x + whole, jacobian)
             evaluations += 1
             if not _larger(last[0], cost):
                 x, (residual, jacobian) = x + whole, last
@@ -103,7 +103,7 @@ def minimise(
         moved = _within(normal, gradient, live, ends, damping)
         moved *= min(1.0, longest / float(np.abs(moved).max()))
         trial = x + moved
-        new_residual, new_jacobian = evaluate(trial)
+        new_residual, new_jacobian = _tried(evaluate, trial, jacobian)
         evaluations += 1
         if _larger(new_residual, cost) and np.isfinite(new_residual).all():
             # the valley bends: its curvature along the step is that of the refused residuals
@@ -111,7 +111,7 @@ def minimise(
             aside = _within(normal, jacobian @ bend / 2, live, (ends[0] - moved, ends[1] - moved), damping)
             if np.abs(aside).max() < np.abs(moved).max():
                 trial = trial + aside
-                new_residual, new_jacobian = evaluate(trial)
+                new_residual, new_jacobian = _tried(evaluate, trial, jacobian)
                 evaluations += 1
         if not _larger(new_residual, cost):
             x, residual, jacobian, cost = trial, new_residual, new_jacobian, float(new_residual @ new_residual)
@@ -128,6 +128,14 @@ def minimise(
         converged = change < (100 * settled) ** 2 * variance
     at_bound = (x <= lower) | (x >= upper)
     return Minimum(x, residual, jacobian @ jacobian.T, converged, at_bound & ~frozen, evaluations)
+
+
+def _tried(evaluate: Evaluate, x: Array, like: Array) -> tuple[Array, Array]:
+    """Residuals and derivatives at a trial step; NaN where the model does not exist, such as beyond the end of a tip's shape."""
+    try:
+        return evaluate(x)
+    except ValueError:
+        return np.full(like.shape[1], np.nan), np.full(like.shape, np.nan)
 
 
 def _within(normal: Array, gradient: Array, live: Indices, ends: tuple[Array, Array], damping: float) -> Array:

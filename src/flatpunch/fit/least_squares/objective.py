@@ -37,7 +37,7 @@ class Objective(Unknowns):
     part_loaded: Indices | None = None
     softest: float | None = None
     white: Array | None = None
-    """Factor (n, n) that makes correlated residuals independent, lower triangular; in the place of `counts`."""
+    """Factors (n,) or a lower triangular factor (n, n) that make residuals independent and alike; in the place of `counts`."""
     position: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -70,7 +70,7 @@ class Objective(Unknowns):
                     jacobian[j, block] /= give
         residual = residual / span
         if self.white is not None:
-            residual, jacobian = self.white @ residual, jacobian @ self.white.T
+            residual, jacobian = self.whitened(residual), self.whitened(jacobian)
         root = None if self.counts is None or self.white is not None else np.sqrt(self.counts)
         for weight in (self.weight, root):
             if weight is not None:
@@ -155,11 +155,22 @@ class Objective(Unknowns):
             inside = inside + moving / self.spring
         return inside, np.asarray(rest["baseline"] + moving)
 
+    def whitened(self, rows: Array) -> Array:
+        """Rows (..., n) with independent entries."""
+        assert self.white is not None
+        return np.asarray(rows * self.white if self.white.ndim == 1 else rows @ self.white.T)
+
     def first(self, end: int, white: Array) -> Objective:
         """Return the problem of the first readings, whitened by the same rows of a factor."""
         speed = None if self.speed is None else self.speed[:end]
-        kept = {"depth": self.depth[:end], "force": self.force[:end], "speed": speed, "white": white[:end, :end]}
+        kept = {"depth": self.depth[:end], "force": self.force[:end], "speed": speed, "white": white[:end] if white.ndim == 1 else white[:end, :end]}
         return replace(self, **kept, counts=None, weight=None, _before={})
+
+    def touch(self, x: Array) -> int:
+        """The first reading in contact, of ascending positions."""
+        rest = self.split(x)[1]
+        bent = 0.0 if self.spring is None else rest["baseline"] / self.spring
+        return int(np.searchsorted(self.position, rest["contact"] + bent))
 
     def contact_force(self, x: Array) -> Array:
         """Force of the contact at the positions of the readings [N]."""
