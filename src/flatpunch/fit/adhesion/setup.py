@@ -16,14 +16,15 @@ import numpy as np
 
 from flatpunch._support.checks import TINY, Array, Flags, Indices
 from flatpunch.fit.adhesion.model import AdhesiveModel
-from flatpunch.fit.elastic.background import asks_for_tilt
+from flatpunch.fit.judge.background import Background, likeliest
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
 from flatpunch.fit.judge.orientation import Approach, approach_of
+from flatpunch.fit.judge.record import white_noise
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fit.measured.signal import CLEAR, check_saturation, converter_step, noise_of, spread_of
+from flatpunch.fit.measured.signal import CLEAR, converter_step, noise_of, spread_of
 from flatpunch.fit.parameters.sample import WORK
 from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
@@ -64,9 +65,10 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
     curve, segments = found.cycle, _segments(found, settings)
     if settings.baseline == "auto":
         far = np.sort(np.concatenate([s.free for s in segments]))
-        asks = asks_for_tilt(curve.position[far], curve.force[far])
-        settings = replace(settings, baseline="linear" if asks else "constant")
-        segments = _segments(found, settings) if asks else segments
+        far = far[np.argsort(curve.position[far], kind="stable")]
+        learnt = _learnt(curve, far, tilt=True)
+        settings = replace(settings, baseline="linear" if learnt.tilt else "constant")
+        segments = _segments(found, settings) if learnt.tilt else segments
     chosen = np.sort(np.concatenate([s.points for s in segments]))
     part = curve.taken(chosen)
     place = {int(i): j for j, i in enumerate(chosen)}
@@ -88,6 +90,14 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
                 )
     start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments))
     return start.setup(used, notes)
+
+
+def _learnt(curve: Curve, far: Indices, *, tilt: bool) -> Background:
+    """The background that readings without contact show, in order of their positions."""
+    position, force, span = curve.position[far], curve.force[far], float(np.ptp(curve.force))
+    x = (position - position[0]) / max(float(np.ptp(curve.position)), TINY)
+    noise = white_noise(force, converter_step(curve.force)) / span
+    return likeliest(x, (force - np.median(force)) / span, np.full(x.size, noise**2 + TINY), tilt=tilt)
 
 
 def _oriented(found: Approach, settings: Settings) -> tuple[Approach, tuple[str, ...]]:
@@ -128,7 +138,6 @@ def _segments(found: Approach, settings: Settings) -> list[Segment]:
             f"{curve.name}: the work of adhesion is fitted to the retract, and this curve ends at its deepest point. Give the "
             "whole cycle (read all segments of the file), or leave work_of_adhesion out."
         )
-    _check_saturation(curve, force, out)
     # the start of a whole cycle knows the force without contact
     reference = float(np.median(force[: max(n // 20, FEWEST)])) if top > 0.2 * n else -np.inf
     retract = _segment(curve, force, out, "retract", reference)
@@ -137,13 +146,6 @@ def _segments(found: Approach, settings: Settings) -> list[Segment]:
     if back.size < FEWEST:
         raise CurveError(f"{curve.name}: segment = 'both' needs the approach as well; the curve begins at its maximum.")
     return [_segment(curve, force, back, "approach"), retract]
-
-
-def _check_saturation(curve: Curve, force: Array, points: Indices) -> None:
-    """The part of the retract that presses, read backwards, is judged like an approach."""
-    order = points[np.argsort(curve.position[points], kind="stable")]
-    step = converter_step(curve.force)
-    check_saturation(curve, curve.position[order], force[order], noise_of(np.diff(force), step) / np.sqrt(2))
 
 
 def _segment(curve: Curve, over: Array, points: Indices, name: str, reference: float = -np.inf) -> Segment:

@@ -27,11 +27,11 @@ from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.signal import converter_step
 from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.parameters.unknowns import frame_of
+from flatpunch.fit.parameters.unknowns import Frame, frame_of
 
 FARTHEST = 10.0
 """Contact points are looked for this far before the first reading, over the range of depths; a ceiling."""
-_DIP = 7.0
+DIP = 7.0
 """Standard deviations of the force without contact below it that are adhesion."""
 
 
@@ -164,7 +164,9 @@ def _record(
     part: Curve, out: Flags, noise: tuple[float, float], model: ForwardModel, settings: Settings, turned: float
 ) -> Record:
     clean = part.taken(~out)
-    objective = _objective(clean, part, model, settings, "tilt" if settings.baseline == "linear" else "", turned)
+    speed = speed_of(clean, settings)
+    frame = frame_of(clean.depth, clean.force, clean.position, speed)
+    objective = _objective(clean, frame, model, settings, settings.baseline == "linear", turned, speed)
     edges = thinned(clean.position, clean.force)
     means = objective.averaged(np.repeat(np.arange(edges.size - 1), np.diff(edges)))
     moduli = tuple(j for j, free in enumerate(model.free) if free.endswith(MODULI))
@@ -172,10 +174,9 @@ def _record(
 
 
 def _objective(
-    curve: Curve, whole: Curve, model: ForwardModel, settings: Settings, tilt: str, turned: float, speed: Array | None = None
+    curve: Curve, frame: Frame, model: ForwardModel, settings: Settings, tilt: bool, turned: float, speed: Array | None
 ) -> Objective:
     """The problem of a curve in the units of the whole approach."""
-    speed = speed_of(curve, settings) if speed is None else speed
     held = settings.held
     held["contact"] *= turned
     chosen = replace(settings, baseline="linear" if tilt else settings.baseline)
@@ -185,7 +186,7 @@ def _objective(
         force=curve.force,
         nuisance=chosen.nuisance,
         held=held,
-        frame=frame_of(whole.depth, whole.force, whole.position, speed),
+        frame=frame,
         spring=curve.spring_constant,
         speed=speed,
     )
@@ -243,7 +244,7 @@ def _setup(
         notes.append(f"{left} reading{'s' if left > 1 else ''} far off the fitted force {'are' if left > 1 else 'is'} left out.")
     notes += about_range(fit, part, last, found.turned, made.judge.noted(fit), settings)
     notes += about_background(fit)
-    shown, tilt = part.taken(slice(0, last)), "tilt" if fit.noise.background.tilt else ""
+    shown, tilt = part.taken(slice(0, last)), fit.noise.background.tilt
     chosen = settings if settings.baseline != "auto" else replace(settings, baseline="linear" if tilt else "constant")
     if free is not None:
         # the retraction's points without contact distinguish drag from the baseline
@@ -253,10 +254,10 @@ def _setup(
     speed = speed_of(shown, settings) if free is None else np.append(free.speed[0][:size], free.speed[1])
     if speed is not None:
         shown = replace(shown, meta={**shown.meta, "speed": speed})
-    start = fit.x
+    start, frame = fit.x, record.objective.frame
     if fit.noise.white or free is not None:
         rest = None if speed is None else speed[used]
-        objective = _objective(shown.taken(used), made.part, model, settings, tilt, found.turned, rest)
+        objective = _objective(shown.taken(used), frame, model, settings, tilt, found.turned, rest)
         place_of_contact = made.contact + fit.record.bent
         coarse, other = blocked(objective, place_of_contact), None
     else:
@@ -282,7 +283,7 @@ def _setup(
         notes=tuple(notes),
         coarse=coarse if settings.loss == "linear" else objective,
         other=other,
-        tilted=bool(tilt) and settings.baseline == "auto",
+        tilted=tilt and settings.baseline == "auto",
         doubtful=settings.baseline == "auto" and not tilt and fit.noise.background.size == 0 and fit.touch > 0,
     )
     if model.finite_strain is None:
@@ -310,7 +311,7 @@ def _adhesion(made: Approached, settings: Settings) -> tuple[Flags, list[str]]:
     keep = np.ones(made.part.depth.size, dtype=bool)
     far, size, means = dip(made.fit)
     rise = made.fit.most
-    if settings.adhesion == "ignore" or far < _DIP or size < 2 * SHARE * max(rise, float(np.max(made.fit.record.y))):
+    if settings.adhesion == "ignore" or far < DIP or size < 2 * SHARE * max(rise, float(np.max(made.fit.record.y))):
         return keep, []
     force = size * made.fit.record.range
     if settings.adhesion == "refuse":

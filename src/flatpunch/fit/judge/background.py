@@ -3,7 +3,7 @@
     b(x) = level + tilt x + w(x),    <w(x) w(x')> = size^2 K(|x - x'|/memory),
 
 x from 0 to 1 over the record, forces over their range. w is a walk that is held back over its memory (exponential K) or smooth
-waves (Matern 3/2). Drift, waves of interference, slow noise and bent lines are one thing: what the force does without contact is
+waves (Matern 5/2). Drift, waves of interference, slow noise and bent lines are one thing: what the force does without contact is
 the scale against which a contact must stand out. The likelihood of the readings before the contact determines size and memory.
 
 These readings are averaged over equal stretches, so that K is the same matrix for all curves and its eigenvectors v_k with
@@ -53,8 +53,8 @@ def _kernel(x: Array, memory: float, smooth: bool) -> Array:
         return np.asarray(np.minimum.outer(x, x))
     apart = np.abs(np.subtract.outer(x, x)) / memory
     if smooth:
-        apart *= np.sqrt(3)
-        return np.asarray((1 + apart) * np.exp(-apart))
+        apart *= np.sqrt(5)
+        return np.asarray((1 + apart + apart**2 / 3) * np.exp(-apart))
     return np.asarray(np.exp(-apart) * memory / 2)
 
 

@@ -141,9 +141,8 @@ class Judge:
                 found.append(own)
         if max((f.most for f in found), default=0.0) < _LITTLE:
             found += [f for b in tried if (f := self._considered(b, _ERRORS[-1:])) is not None]
-        sure = [f for f in found if f.gain >= SURE] or found
-        most = max((f.most for f in sure), default=0.0)
-        return max((f for f in sure if f.most >= _MOST * most), key=lambda f: f.worth, default=None)
+        most = max((f.most for f in found), default=0.0)
+        return max((f for f in found if f.most >= _MOST * most), key=lambda f: f.worth, default=None)
 
     def _settled(self, part: float) -> Background | None:
         """The background that the readings before the contact found over it show, beginning with a part of the record."""

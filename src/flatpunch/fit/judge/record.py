@@ -110,8 +110,11 @@ class Record:
 
     @cached_property
     def y(self) -> Array:
-        """Forces over their range, counted from `level`."""
-        return np.asarray((self.objective.force - self.level) / self.range)
+        """Forces over their range, counted from `level` and without a drag that is known."""
+        force, speed = self.objective.force - self.level, self.objective.speed
+        if speed is not None and "drag" not in self.objective.nuisance:
+            force = force - self.objective.held["drag"] * speed
+        return np.asarray(force / self.range)
 
     @property
     def range(self) -> float:

@@ -7,14 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array
-from flatpunch.fit.elastic.background import asks_for_tilt, over_line
-from flatpunch.fit.elastic.setup import approached
+from flatpunch.fit.elastic.setup import DIP, Approached, approached
 from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
-from flatpunch.fit.judge.orientation import Approach, approach_of
-from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
-from flatpunch.fit.measured.signal import CLEAR, DIP, check_rise, check_saturation, converter_step, noise_of
+from flatpunch.fit.measured.signal import spread_of
 from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
@@ -28,14 +26,15 @@ _BINS, _SCANNED = 500, 120
 def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """Approach, hold and retract against a model with memory."""
     _check_times(curve, settings)
-    found = approach_of(curve, settings.direction, first=True)
+    made = _elastic_approach(curve, model, limits, settings)
+    found, contact = made.found, made.contact
     turned, notes = found.turned, found.notes
-    contact, sign = _elastic_contact(found, model, limits, settings)
-    if sign < 0:
-        found = found.signed(-1.0)
+    if made.upright < 0:
         notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
-    part, chosen, more = _checked(found, settings, contact)
-    tilted, settings = chosen.baseline == "linear" != settings.baseline, chosen
+    part, more = _without_adhesion(made, settings)
+    tilted = settings.baseline == "auto" and made.fit.noise.background.tilt
+    if settings.baseline == "auto":
+        settings = replace(settings, baseline="linear" if tilted else "constant")
     speed = speed_of(part, settings)
     if speed is not None:
         check_drag(part, settings)
@@ -94,51 +93,23 @@ def _check_times(curve: Curve, settings: Settings) -> None:
         )
 
 
-def _elastic_contact(
-    found: Approach, model: HistoryModel, limits: tuple[Array, Array], settings: Settings
-) -> tuple[float, float]:
-    """Contact point [m] and sign of the force by the elastic model of the approach."""
+def _elastic_approach(curve: Curve, model: HistoryModel, limits: tuple[Array, Array], settings: Settings) -> Approached:
+    """Contact point, background and sign of the force by the elastic model of the approach."""
     plain = [name in model.elastic.free for name in model.free]
     elastic = (limits[0][: len(plain)][plain], limits[1][: len(plain)][plain])
-    problem = Problem(found.part, model.elastic, elastic, replace(settings, drag=0.0), found.turned)
-    scan, sign = problem.scan(), 1.0
-    if problem.presses_downwards(scan):
-        problem, sign = replace(problem, part=problem.part.turned(force=-1.0)), -1.0
-        scan = problem.scan()
-    return scan.contact(problem.objective()), sign
+    return approached(curve, model.elastic, elastic, replace(settings, drag=0.0))
 
 
-def _checked(found: Approach, settings: Settings, contact: float) -> tuple[Curve, Settings, tuple[str, ...]]:
-    """A rise, no saturation, no adhesion; judged over the background before the contact, which is chosen here."""
-    curve, top, n = found.whole, found.end - 1, found.whole.force.size
-    first = float(curve.depth[: top + 1].min())
-    before = (np.arange(n) <= top) & (curve.depth < first + SAFE * (contact - first))
-    if settings.baseline == "auto":
-        asks = asks_for_tilt(curve.position[before], curve.force[before])
-        settings = replace(settings, baseline="linear" if asks else "constant")
-    # readings before the contact from which the background's level is judged; a tilt is judged from FEWEST
-    if before.sum() >= 3:
-        force = over_line(curve, before)
-        if settings.baseline == "constant" or before.sum() < FEWEST:
-            # what is fitted as a constant is judged as one
-            force = curve.force - float(np.median(curve.force[before]))
-    elif settings.baseline == "none":
-        force, before = curve.force.copy(), np.zeros(n, dtype=bool)
-    else:
-        raise CurveError(
-            f"{curve.name}: the contact begins with the curve: {int(before.sum())} readings are clear of it, and the "
-            "background needs 3 or more. Record from further out, or give baseline = 'none' and the contact point."
-        )
-    noise = noise_of(force[before], converter_step(curve.force))
-    smooth = smoothed(force)
-    rise = float(smooth[: top + 1].max())
-    check_rise(curve, rise, noise)
-    up = np.arange(top + 1)
-    order = up[np.argsort(curve.position[up], kind="stable")]
-    check_saturation(curve, curve.position[order], force[order], noise)
-    below = np.flatnonzero(smooth[top:] < -max(CLEAR * noise, DIP * rise))
+def _without_adhesion(made: Approached, settings: Settings) -> tuple[Curve, tuple[str, ...]]:
+    """The cycles as far as no adhesion is seen on the way back: below the background by more than it does before the contact."""
+    found, curve = made.found, made.found.whole
+    top, n = found.end - 1, curve.force.size
+    smooth = smoothed(made.over(curve))
+    before = smooth[: top + 1][curve.depth[: top + 1] < made.contact]
+    spread = spread_of(before) if before.size else made.fit.record.noise
+    below = np.flatnonzero(smooth[top:] < -max(DIP * spread, 0.03 * float(smooth[: top + 1].max())))
     if not below.size or settings.adhesion == "ignore":
-        return curve, settings, ()
+        return curve, ()
     if settings.adhesion == "refuse":
         begin = min(found.leaves, top + 1 + int(below[0]))
         if begin <= top + 1:
@@ -152,10 +123,10 @@ def _checked(found: Approach, settings: Settings, contact: float) -> tuple[Curve
             "points); approach and hold are fitted without adhesion, which is approximate: the adhesive force is small there, "
             "not zero. adhesion = 'above' fits the retract down to the dip."
         )
-        return curve.taken(slice(0, begin)), settings, (note,)
+        return curve.taken(slice(0, begin)), (note,)
     back = top + int(np.argmax(smooth[top:] < 0))
     note = f"Adhesion: the retract is left out from where the force is back at its start ({n - back} points)."
-    return curve.taken(slice(0, back)), settings, (note,)
+    return curve.taken(slice(0, back)), (note,)
 
 
 def _binned(
