@@ -152,7 +152,7 @@ class Judge:
         background = record.learnt(int(np.searchsorted(record.x, part)))
         seen = [background]
         for _ in range(3):
-            scans = [self._scan(Noise(background, error)) for error in _ERRORS[:-1]]
+            scans = [self._scan(Noise(background, error)) for error in _ERRORS[1:-1]]
             if not any(scans):
                 return None
             first = max((s for s in scans if s is not None), key=lambda s: s.worth)
@@ -164,6 +164,8 @@ class Judge:
 
     def _scan(self, noise: Noise, end: int | None = None) -> Found | None:
         """The likeliest contact, with the table of forces at its modulus where that changes their shape."""
+        # candidates lie apart, so that none of them describes the force to its noise
+        noise = Noise(noise.background, max(noise.error, SHARE))
         key = noise.background, noise.error, end
         if key not in self._seen:
             self._seen[key] = self._scanned(noise, end)
