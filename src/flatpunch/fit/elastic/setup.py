@@ -135,10 +135,13 @@ def approached(
 def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Approached:
     signed = found.signed(found.pressing)
     part = before_turn(cut(signed.part, settings, found.turned, found.pressing), settings)
+    # a row that is written again is one reading
+    fresh = np.append(True, (np.diff(part.depth) != 0) | (np.diff(part.force) != 0))
+    part = part if fresh.all() else part.taken(fresh)
     if part.depth.size < FEWEST or np.ptp(part.force) == 0:
         raise CurveError(f"{part.name}: {part.depth.size} readings are left of the approach; a fit needs {FEWEST} or more.")
     step = converter_step(part.force)
-    noise = white_noise(part.force, step)
+    noise = white_noise(part.force, step, thinned(part.position, part.force))
     out = strays(part.force, noise)
     records = tuple(_record(part.turned(force=s), out, (noise, step), model, settings, found.turned) for s in (1.0, -1.0))
 

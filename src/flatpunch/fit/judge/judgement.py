@@ -130,10 +130,10 @@ class Judge:
         """The contact that the record shows; None without any."""
         found: list[Fit] = []
         tried: list[Background] = []
-        for part in _STARTS if self.given is None else (0.0,):
-            if part > 0.5 and max((f.most for f in found), default=0.0) > _LITTLE:
+        for part in (None, *_STARTS) if self.given is None else (0.0,):
+            if part is not None and part > 0.5 and max((f.most for f in found), default=0.0) > _LITTLE:
                 continue
-            background = self._settled(part)
+            background = Background() if part is None else self._settled(part)
             if background is None or background in tried:
                 continue
             tried.append(background)
@@ -220,7 +220,7 @@ class Judge:
         for turn in range(30):
             x = record.minimum(objective, x, limits, end, white).x
             force = objective.contact_force(x) / record.range
-            if turn < 3 and not self.whole and departure is None and (more := record.farthest(noise, force)) > end:
+            if turn < 3 and not self.whole and departure is None and (more := int(np.argmax(record.worths(noise, force))) + 1) > end:
                 # the scan's contacts lie apart: the best one in between may describe more
                 end = more
                 continue
@@ -257,13 +257,14 @@ class Judge:
         force = objective.contact_force(found.x) / record.range
         if not force[end - 1] > 0:
             return None
+        worth = float(record.worths(noise, np.where(gone, record.y, force))[end - 1])
         without = self._without(record, objective, white, end, found.x)
         if departure is not None:
             departure = departure._replace(at=end, off=_off(objective, found.x, end, record.range))
         elif end < n:
             departure = Departure(end, False, _off(objective, found.x, end, record.range))
         return Fit(
-            record, objective, noise, found.x, end, gone, force, first.worth, 0.5 * (without - found.cost), departure
+            record, objective, noise, found.x, end, gone, force, worth, 0.5 * (without - found.cost), departure
         )
 
     def _without(self, record: Record, objective: Objective, white: Array, end: int, x: Array) -> float:

@@ -191,14 +191,16 @@ def _legs(curve: Curve, position: Array) -> tuple[list[int], Array]:
     # a running extremum needs a few thousand readings only
     step = max(position.size // 4000, 1)
     at = np.arange(0, position.size, step)
-    return sorted({0, *(_around(smooth, at, i) for i in _turns(smooth[at], least)), position.size - 1}), smooth
+    # readings that jump away are no turn
+    usual = np.where(np.abs(position - smooth) <= least, position, np.nan)
+    return sorted({0, *(_around(usual, at, i) for i in _turns(smooth[at], least)), position.size - 1}), smooth
 
 
-def _around(smooth: Array, at: Array, turn: tuple[int, int]) -> int:
+def _around(position: Array, at: Array, turn: tuple[int, int]) -> int:
     """The extreme reading near a turning point of thinned positions."""
     i, way = turn
-    low, high = int(at[max(i - 1, 0)]), int(at[min(i + 1, at.size - 1)]) + 1
-    return low + int(np.argmax(way * smooth[low:high]))
+    low, high = int(at[max(i - 2, 0)]), int(at[min(i + 2, at.size - 1)]) + 1
+    return low + int(np.nanargmax(way * position[low:high]))
 
 
 def _turns(values: Array, least: float) -> list[tuple[int, int]]:

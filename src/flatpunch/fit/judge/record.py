@@ -99,7 +99,7 @@ class Record:
         """Positions over their range."""
         order = np.maximum.accumulate(self.objective.position)
         rising = (order - order[0]) / max(float(order[-1] - order[0]), TINY)
-        return np.asarray(rising + 1e-9 * np.arange(order.size) / order.size)
+        return np.asarray(rising + 1e-6 * np.arange(order.size) / order.size)
 
     @cached_property
     def level(self) -> float:
@@ -127,8 +127,8 @@ class Record:
         k = self.objective.spring
         if k is None:
             return np.ones(self.size)
-        way = self.objective.position + 1e-6 * np.ptp(self.objective.position) * np.arange(self.size) / self.size
-        steep = np.abs(np.gradient(median_filter(self.objective.force, 7, mode="nearest"), np.maximum.accumulate(way)))
+        way = self.x * float(np.ptp(self.objective.position))
+        steep = np.abs(np.gradient(median_filter(self.objective.force, 7, mode="nearest"), way))
         return np.clip(1 - median_filter(steep, 7, mode="nearest") / k, 0.05, 1)
 
     @cached_property
@@ -296,12 +296,12 @@ class Record:
             float(worth[e, j]), float(amplitude), float(contacts[j]), float(np.sign(factor[e, j])), int(e) + 1, float(gain[e, j])
         )
 
-    def farthest(self, noise: Noise, force: Array) -> int:
-        """The likeliest end of the range of one contact, of forces over the range."""
+    def worths(self, noise: Noise, force: Array) -> Array:
+        """Logarithms of the likelihood of one contact, of forces over the range, for every end of the described range."""
         made, diagonal = self.innovations(noise, np.column_stack([self.y, force]))
         left = made[:, 0] - made[:, 1]
-        worth = np.cumsum(np.log(diagonal) - 0.5 * np.log(2 * np.pi) - 0.5 * left**2)
-        return int(np.argmax(worth)) + 1
+        # a mean beyond the end may be anywhere within the range
+        return np.asarray(np.cumsum(np.log(diagonal) - 0.5 * np.log(2 * np.pi) - 0.5 * left**2))
 
     def start(self, found: Found, x: Array) -> Array:
         """Unknowns at a contact of the scan: the amplitude goes into the moduli."""
@@ -350,7 +350,9 @@ def thinned(position: Array, force: Array) -> Indices:
     n = force.size
     calm = median_filter(force, 5, mode="mirror")
     rise = np.maximum.accumulate(np.abs(calm - np.median(calm[: max(n // 5, 3)])))
-    along = np.arange(n) / n + rise / max(float(rise[-1]), TINY)
+    way = np.maximum.accumulate(median_filter(position, 5, mode="mirror"))
+    # readings of a hold go nowhere: a tenth of the means
+    along = 0.1 * np.arange(n) / n + (way - way[0]) / max(float(way[-1] - way[0]), TINY) + rise / max(float(rise[-1]), TINY)
     index = np.minimum((along / along[-1] * NODES).astype(int), NODES - 1)
     index[-1] = NODES
     return np.append(np.flatnonzero(np.diff(index, prepend=-1)), n)
@@ -377,14 +379,21 @@ def strays(force: Array, noise: float) -> Flags:
             force[last] = near[0]
     calm = median_filter(np.pad(force, half, mode="reflect", reflect_type="odd"), 2 * half + 1)[half:-half]
     off = force - calm
-    spread = float(np.median(np.abs(off))) / 0.6745
+    # noise may differ along the record
+    blocks = np.array_split(np.abs(off), min(16, max(n // 50, 1)))
+    spread = np.repeat([np.median(b) / 0.6745 for b in blocks], [b.size for b in blocks])
     bend = np.abs(np.gradient(calm)) * half / 3
-    out |= np.abs(off) > far * max(noise, spread) + bend + SHARE * float(np.ptp(calm))
+    out |= np.abs(off) > far * np.maximum(noise, spread) + bend + SHARE * float(np.ptp(calm))
     return out if out.sum() <= 0.1 * n else np.zeros(n, dtype=bool)
 
 
-def white_noise(force: Array, step: float) -> float:
-    """Standard deviation of the noise of readings [N], from their fourth differences, in which a contact cancels."""
-    fourth = np.diff(force, 4)
-    spread = float(np.median(np.abs(fourth))) / 0.6745 / np.sqrt(70) if fourth.size else 0.0
+def white_noise(force: Array, step: float, edges: Indices | None = None) -> float:
+    """Standard deviation of the noise of readings [N], from their fourth differences, in which a contact cancels.
+
+    `edges` are those of means: the noise of the usual of them, so that the many readings of a hold do not decide.
+    """
+    fourth = np.abs(np.diff(force, 4))
+    cuts = [] if edges is None else edges[:: max(edges.size // 16, 1)][1:-1]
+    medians = [np.median(block) for block in np.split(fourth, np.minimum(cuts, fourth.size).astype(int)) if block.size > 8]
+    spread = float(np.median(medians)) / 0.6745 / np.sqrt(70) if medians else 0.0
     return max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force)))
