@@ -164,15 +164,51 @@ def test_a_plastic_cycle_is_sent_to_the_command_for_films(tmp_path):
     assert "1 unloading found" in done.output
 
 
+def _record(force, depth=None):
+    return Curve(np.asarray(force) if depth is None else depth, np.asarray(force))
+
+
 def test_cycles_are_found_whatever_their_loads():
     rng = np.random.default_rng(0)
     force = np.concatenate(
         [np.append(np.linspace(0, p, 200), np.linspace(p, 0.2 * p, 100)) for p in (0.01, 0.1, 1, 10)]
     )
-    found = load_cycles(force * (1 + 0.002 * rng.normal(size=force.size)))
+    found = load_cycles(_record(force * (1 + 0.002 * rng.normal(size=force.size)), force))
     assert [peak for _, peak, _ in found] == pytest.approx([199, 499, 799, 1099], abs=6)
-    assert load_cycles(np.linspace(0, 1, 500)) == []
-    assert len(load_cycles(np.append(np.linspace(0, 1, 500), np.linspace(1, 0, 300)))) == 1
+    assert load_cycles(_record(np.linspace(0, 1, 500))) == []
+    assert len(load_cycles(_record(np.append(np.linspace(0, 1, 500), np.linspace(1, 0, 300))))) == 1
+
+
+def _in_air(seed):
+    """Drift of the force before the contact while the tip advances to the surface: depth [m], force [N], both random."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(100, 600))
+    wave = np.sin(np.linspace(0, rng.uniform(4, 20), count) + rng.uniform(0, 6))
+    return np.linspace(-rng.uniform(10e-9, 100e-9), 0, count), 1e-3 * rng.uniform(0.5e-3, 20e-3) * (wave - 0.5)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_drift_in_air_is_no_cycle(seed):
+    """Drift of .05 to 2 % of the load: one cycle, that begins near the surface; its unloading is that without drift."""
+    cycle = _cycle(300e-9, 1e-3, 4e4, noise=1e-4, seed=seed)
+    depth, force = _in_air(seed)
+    whole = Curve(np.append(depth, cycle.depth), np.append(force, cycle.force))
+    ((begin, peak, _),) = load_cycles(whole)
+    # 2 % of a load that grows like h^2 is reached in a seventh of the 300 readings of loading
+    assert depth.size - 30 < begin < depth.size + 60
+    assert depth.size + 280 < peak < depth.size + 355
+    assert unloading(whole).stiffness == pytest.approx(unloading(cycle).stiffness, rel=1e-9)
+
+
+def test_a_pop_in_and_a_withdrawal_are_no_cycles():
+    """The force falls while the tip advances; and it waves by a tenth of the adhesion while the tip withdraws in air."""
+    rise = np.linspace(0, 1, 400)
+    force = np.concatenate([rise, np.linspace(0.97, 0.5, 5), np.linspace(0.5, 1.4, 400)])
+    assert load_cycles(Curve(np.linspace(0, 1e-7, force.size), force)) == []
+    back = np.concatenate([rise[::-1], np.linspace(0, -0.3, 60), np.linspace(-0.3, 0, 10)])
+    air = 0.03 * np.sin(np.linspace(0, 20, 500))
+    depth = np.concatenate([rise, np.linspace(1, -0.2, back.size), np.linspace(-0.2, -2, 500)])
+    assert len(load_cycles(Curve(1e-7 * depth, np.concatenate([rise, back, air])))) == 1
 
 
 @pytest.mark.parametrize("left", [0.0, 0.3, 0.6])

@@ -64,7 +64,7 @@ def continuous(curve: Curve) -> bool:
     if curve.stiffness is None:
         return False
     loading = curve.stiffness[: int(np.argmax(curve.force)) + 1]
-    return int(np.isfinite(loading).sum()) > max(len(load_cycles(curve.force)), FEWEST_STIFF - 1)
+    return int(np.isfinite(loading).sum()) > max(len(load_cycles(curve)), FEWEST_STIFF - 1)
 
 
 def film_tip(path: str | Path, film: Mapping[str, Any]) -> Tip:

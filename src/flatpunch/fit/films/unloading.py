@@ -181,7 +181,7 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     odd: list[str] = []
     bad: list[str] = []
     for curve in curves:
-        cycles = load_cycles(curve.force)
+        cycles = load_cycles(curve)
         if not cycles:
             bad.append(f"{curve.name}: the force is never taken back by a tenth of its largest value; no unloading.")
         for number, (begin, peak, end) in enumerate(cycles):
