@@ -87,7 +87,7 @@ def _correct(case: Path, given: Plain, output: Path | None, plot: Path | None, s
             raise ValueError(f"--{name} is missing; give it, or a table [correct] in {case} with reported and depth.")
     arguments = {**loaded.correct, **given}
     found = correct(medium=loaded.medium, indenter=loaded.indenter, method=loaded.settings.method, **arguments)
-    say(found.summary())
+    say(str(found))
 
     picture = drawn("fit.half_space.pictures:correction_figure", found, title=loaded.title, style=style)
     _write(output, plot, found.dataset, found.to_csv, picture)

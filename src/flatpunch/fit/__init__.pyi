@@ -2,9 +2,9 @@ from .batch import Batch, fit_batch
 from .case import FitCase, read_fit_case
 from .elastic.model import ForwardModel
 from .films.film import FilmResult, fit_film, tenth_rule
+from .films.measured import read_nanoindentation, tip_in_workbook
 from .films.oliver_pharr import Tip, oliver_pharr
 from .films.unloading import Unloading, unloading, unloadings
-from .films.workbook import read_nanoindentation, tip_in_workbook
 from .fitting import fit, fit_ranges
 from .half_space.comparison import compare_formulas
 from .half_space.correction import Correction, correct

@@ -1,32 +1,30 @@
-"""Tables of a fit's case file: [fit] says how to fit, [curve] how to read, [film] tip and machine of a nanoindentation test."""
+"""Tables of a fit's case file.
+
+[fit] is how to fit, [curve] and [[curves]] how to read, [film] tip and machine of a nanoindentation test, [correct] a reported
+modulus; [priors], [posterior] and [plan] are about what is known beforehand.
+"""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
-from flatpunch._support.checks import BadValue, poisson_ratio, positive
+from flatpunch._support.checks import BadValue, poisson_ratio, positive, shown
 from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
-from flatpunch.fit.cases.values import value_in_si
+from flatpunch.fit.cases.values import share_of, value_in_si
 from flatpunch.fit.measured.columns import STIFFNESS
+from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.settings import Settings
 
+FRAME = si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN"))
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
-
-
-def _drag(given: object) -> Literal["free"] | float:
-    """0, "free", or a value [N s/m]."""
-    if given is None:
-        return 0.0
-    return "free" if given == "free" or isinstance(given, dict) else si.named_si("drag", given, DRAG)
 
 
 class ContactLimits(Table):
@@ -43,6 +41,8 @@ class ContactLimits(Table):
 class FitTable(Table):
     """[fit]: how to fit."""
 
+    describes = dict
+
     contact: Literal["free"] | Length | ContactLimits = "free"
     drag: Literal["free"] | str | dict[str, str] | None = None
     baseline: str = "auto"
@@ -56,16 +56,19 @@ class FitTable(Table):
 
     def build(self, folder: Path) -> Plain:
         """Return fields of `Settings`; the method comes from the top of the file."""
-        found = {name: getattr(self, name) for name in type(self).model_fields}
+        found: Plain = self.described()
         if isinstance(self.contact, ContactLimits):
             found["contact"] = (self.contact.min, self.contact.max)
-        found["drag"] = _drag(self.drag)
+        free = self.drag == "free" or isinstance(self.drag, dict)
+        found["drag"] = "free" if free else si.named_si("drag", self.drag, DRAG) if self.drag is not None else 0.0
         Settings(**found)
         return found
 
 
 class CurveTable(Table):
     """[curve]: how to read the curve."""
+
+    describes = dict
 
     columns: dict[str, str | int] = Field(default={})
     units: dict[str, str] = Field(default={})
@@ -79,21 +82,14 @@ class CurveTable(Table):
 
     def build(self, folder: Path) -> Plain:
         """Return keyword arguments of `read_curve`."""
-        found = {name: getattr(self, name) for name in ("columns", "units", "decimal", "sheet", "skip_nan", "flip")}
-        if self.index is not None:
-            found["index"] = self.index
+        found: Plain = self.described(but=("index", *_WITH_STD))
+        found |= {} if self.index is None else {"index": self.index}
         spread = {}
-        for name in ("spring_constant", "sensitivity"):
-            given = getattr(self, name)
-            if given is None:
-                continue
-            in_si = _spring_constant if name == "spring_constant" else _sensitivity
-            found[name], std = _with_std(name, given, in_si)
-            if std:
-                spread[name] = std
-        if spread:
-            found["calibration"] = spread
-        return found
+        for name, in_si in _WITH_STD.items():
+            if (given := getattr(self, name)) is not None:
+                found[name], spread[name] = _with_std(name, given, in_si)
+        spread = {name: std for name, std in spread.items() if std}
+        return found | ({"calibration": spread} if spread else {})
 
 
 def _with_std(name: str, given: str | Plain, in_si: Callable[[str], float]) -> tuple[float, float]:
@@ -103,9 +99,8 @@ def _with_std(name: str, given: str | Plain, in_si: Callable[[str], float]) -> t
     if not set(given) <= {"value", "std"} or "value" not in given:
         raise ValueError(f'{name} with its uncertainty is written {{ value = "0.05 N/m", std = "10 %" }}.')
     value, std = in_si(given["value"]), given.get("std", "0 %")
-    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", std)
     try:
-        relative = float(match[1]) / 100 if match is not None else in_si(std) / value
+        relative = in_si(std) / value if (share := share_of(std)) is None else share
     except ValueError:
         relative = math.nan
     if not 0 <= relative < 1:
@@ -117,16 +112,11 @@ def _with_std(name: str, given: str | Plain, in_si: Callable[[str], float]) -> t
     return value, relative
 
 
-def _spring_constant(value: str) -> float:
-    """Spring constant [N/m]."""
-    return si.named_si("spring_constant", value, STIFFNESS)
-
-
 def _sensitivity(value: str) -> float:
     """Deflection per volt or ampere, SI; a bare length is per volt."""
-    for unit, dimension in (("m/V", "sensitivity"), ("m/A", "sensitivity"), ("m", "sensitivity")):
+    for unit in ("m/V", "m/A", "m"):
         try:
-            return si.to_si(value, si.Dimension(dimension, unit, "70 nm/V", ("nm/V", "um/V", "nm/nA")))
+            return si.to_si(value, si.Dimension("sensitivity", unit, "70 nm/V", ("nm/V", "um/V", "nm/nA")))
         except ValueError as error:
             reason = error
     raise BadValue(
@@ -134,6 +124,13 @@ def _sensitivity(value: str) -> float:
         repr(value),
         f"must be a length per voltage or current, such as '70 nm/V' or '70 nm/nA' ({reason})",
     )
+
+
+_WITH_STD: dict[str, Callable[[str], float]] = {
+    "spring_constant": lambda value: si.named_si("spring_constant", value, STIFFNESS),
+    "sensitivity": _sensitivity,
+}
+"""Fields of [curve] that may have a standard deviation, and how they are read."""
 
 
 class OneCurveTable(CurveTable):
@@ -188,16 +185,59 @@ class FilmTable(Table):
 
     def build(self, folder: Path) -> Plain:
         """Return what `fit_film` and `Tip` take."""
-        frame = (
-            si.named_si("frame", self.frame, si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN")))
-            if self.frame
-            else 0.0
-        )
+        end = math.inf if self.depth_max is None else self.depth_max
         return {
             "coefficients": list(self.area_coefficients),
-            "beta": self.beta,
-            "epsilon": self.epsilon,
-            "frame": frame,
-            "fit_frame": self.fit_frame,
-            "depths": (self.depth_min, math.inf if self.depth_max is None else self.depth_max),
+            "frame": si.named_si("frame", self.frame, FRAME) if self.frame else 0.0,
+            "depths": (self.depth_min, end),
+            **{name: getattr(self, name) for name in ("beta", "epsilon", "fit_frame")},
         }
+
+
+class PosteriorTable(Table):
+    """[posterior]: how many draws, and the seed of the random numbers."""
+
+    describes = dict
+    draws: Count = 10_000
+    seed: Count = 0
+
+
+class PlanTable(Table):
+    """[plan]: the curve that will be measured, for `flatpunch check`; several depths and tips make a table."""
+
+    describes = dict
+    depth: Length | list[Length]
+    indenters: dict[str, IndenterTable] = Field(default={})
+    noise: Force
+    points: Count = 1000
+    before: Length | None = None
+    spring_constant: str | None = None
+
+    def build(self, folder: Path) -> Plain:
+        """Return arguments of `planned`."""
+        found: Plain = self.described(but=("indenters", "spring_constant"))
+        if self.indenters:
+            found["indenters"] = {name: table.built for name, table in self.indenters.items()}
+        if self.spring_constant is not None:
+            found["spring_constant"] = _WITH_STD["spring_constant"](self.spring_constant)
+        return found
+
+
+def prior_of(name: str, table: Any) -> Prior:
+    """A prior as it stands in [priors]: { mean, std }, { median, relative } or { min, max } of a parameter."""
+    fields = set(table) if isinstance(table, Mapping) else set()
+
+    def value(field: str) -> float:
+        return value_in_si("relative" if field == "relative" else name, table[field], f"priors: {name}.{field}")
+
+    if fields == {"mean", "std"}:
+        mean, share = value("mean"), share_of(table["std"])
+        return Normal(mean, value("std") if share is None else share * abs(mean))
+    if fields == {"median", "relative"}:
+        return LogNormal(value("median"), value("relative"))
+    if fields == {"min", "max"}:
+        return Uniform(value("min"), value("max"))
+    raise ValueError(
+        f'priors: {name} = {shown(table)} must be {{ mean = "1 um", std = "50 nm" }} (or std = "5 %"), '
+        '{ median = "1 um", relative = 0.05 } or { min = ..., max = ... }.'
+    )

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Mapping
-from typing import Any
+import re
+from collections.abc import Iterator
 
 from flatpunch._support.checks import BadValue
 from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.fit.parameters.settings import Free
 
-_DIMENSIONS = {
+_DIMENSIONS: dict[str, si.Dimension | None] = {
     "young": si.PRESSURE,
     "thickness": si.LENGTH,
     "radius": si.LENGTH,
@@ -28,6 +28,16 @@ _DIMENSIONS = {
     "interface_normal": si.INTERFACE,
     "interface_shear": si.INTERFACE,
 }
+"""What parameters are measured in, by the last part of their names; None for plain numbers."""
+BESIDE: dict[str, si.Dimension | None] = {
+    "contact": si.LENGTH,
+    "baseline": si.FORCE,
+    "tilt": si.STIFFNESS,
+    "spring_constant": si.STIFFNESS,
+    "sensitivity": None,
+    "relative": None,
+}
+"""The same of numbers that a fit or a prior has beside the parameters of a case."""
 
 
 def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
@@ -41,71 +51,62 @@ def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
     own: list[str] = []
     for prefix, table in _places(plain):
         for name, value in table.items():
-            for label, where, key, wanted in _wanted(f"{prefix}{name}", table, name, value):
-                label, found_free = _free(label, name, wanted)
-                found[label] = found_free
-                where[key] = wanted["fit"]
-                if not isinstance(wanted.get("each", False), bool):
-                    raise BadValue(f"{label}.each", repr(wanted["each"]), "must be true or false.")
-                own += [label] if wanted.get("each") else []
+            if isinstance(value, list):
+                places = [(f"{prefix}{name}[{i}]", value, i, entry) for i, entry in enumerate(value)]
+            else:
+                places = [(f"{prefix}{name}", table, name, value)]
+            for label, where, key, wanted in places:
+                if isinstance(wanted, dict) and "fit" in wanted:
+                    path, found_free = _free(label, name, wanted)
+                    found[path], where[key] = found_free, wanted["fit"]
+                    own += [path] if wanted.get("each") else []
     return plain, found, tuple(own)
 
 
-def value_in_si(name: str, given: object) -> float:
-    """Value of a named parameter as it stands in a file, SI."""
+def value_in_si(name: str, given: object, called: str = "") -> float:
+    """Value of a named parameter, or of a number beside them, as it stands in a file, SI; messages call it `called`."""
     kind = name.replace("bonded.", "interface_").split(".")[-1].split("[")[0]
-    if kind not in _DIMENSIONS:
+    known = _DIMENSIONS | (BESIDE if called else {})
+    if kind not in known:
         raise BadValue(name, "", f"is no parameter; parameters end in {', '.join(sorted(_DIMENSIONS))}.")
-    value = _limit(name, kind, given)
-    assert value is not None
-    return value
+    path, dimension = called or name, known[kind]
+    if dimension is not None:
+        return si.named_si(path, given, dimension)
+    if isinstance(given, bool) or not isinstance(given, (int, float)):
+        raise BadValue(path, repr(given), "must be a plain number.")
+    return float(given)
 
 
-def _wanted(label: str, table: Any, name: str, value: object) -> list[tuple[str, Any, str | int, Plain]]:
-    """Fitted values in a field: itself, or entries of its list."""
-    if isinstance(value, dict) and "fit" in value:
-        return [(label, table, name, value)]
-    if isinstance(value, list):
-        return [(f"{label}[{i}]", value, i, v) for i, v in enumerate(value) if isinstance(v, dict) and "fit" in v]
-    return []
+def share_of(given: object) -> float | None:
+    """A percentage as a share; None for anything else."""
+    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", given) if isinstance(given, str) else None
+    return float(match[1]) / 100 if match else None
 
 
-def _places(plain: Plain) -> list[tuple[str, Any]]:
+def _places(plain: Plain) -> Iterator[tuple[str, Plain]]:
     """Tables in which something can be fitted, with what their names begin with."""
-    places: list[tuple[str, Any]] = []
-    for prefix, body_ in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
-        if isinstance(body_, dict):
-            places += [(f"{prefix}layers[{i}].", table) for i, table in enumerate(_tables(body_.get("layers")))]
-            places.append((f"{prefix}base.", body_.get("base")))
-    places += [(f"{name}.", plain.get(name)) for name in ("indenter", "relaxation")]
-    return [(prefix, table) for prefix, table in [*places, ("", plain)] if isinstance(table, dict)]
+    for prefix, body in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
+        if isinstance(body, dict):
+            layers = body.get("layers")
+            tables = [(f"layers[{i}].", table) for i, table in enumerate(layers if isinstance(layers, list) else [])]
+            tables.append(("base.", body.get("base")))
+            yield from ((prefix + name, table) for name, table in tables if isinstance(table, dict))
+    more = (("indenter.", plain.get("indenter")), ("relaxation.", plain.get("relaxation")), ("", plain))
+    yield from ((prefix, table) for prefix, table in more if isinstance(table, dict))
 
 
-def _tables(value: object) -> list[object]:
-    return value if isinstance(value, list) else []
-
-
-def _free(path: str, name: str, value: Mapping[str, object]) -> tuple[str, Free]:
-    unknown = set(value) - {"fit", "min", "max", "each"}
-    if unknown:
+def _free(path: str, name: str, value: Plain) -> tuple[str, Free]:
+    """Name and limits of a fitted value."""
+    if unknown := set(value) - {"fit", "min", "max", "each"}:
         raise ValueError(
             f"{path}.{min(unknown)} is no known field; a fitted value is written {{ fit = ..., min = ..., max = ... }}."
         )
     if name not in _DIMENSIONS:
         raise ValueError(f"{path} cannot be fitted; one can fit {', '.join(sorted(_DIMENSIONS))}.")
-    limits = [_limit(f"{path}.{key}", name, value.get(key)) for key in ("min", "max")]
+    if not isinstance(value.get("each", False), bool):
+        raise BadValue(f"{path}.each", repr(value["each"]), "must be true or false.")
+    limits = [value_in_si(name, value[key], f"{path}.{key}") if key in value else None for key in ("min", "max")]
     if name == "half_opening_angle":
         limits = [None if v is None else math.pi / 2 - v for v in reversed(limits)]
         path = path.replace("half_opening_angle", "inclination")
     return path.replace("interface_", "bonded."), Free(None, *limits)
-
-
-def _limit(path: str, name: str, value: object) -> float | None:
-    if value is None:
-        return None
-    dimension = _DIMENSIONS[name]
-    if dimension is None:
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            raise BadValue(path, repr(value), "must be a plain number.")
-        return float(value)
-    return si.named_si(path, value, dimension)

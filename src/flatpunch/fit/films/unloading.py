@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.checks import Array, BadValue, Flags
 from flatpunch._support.readable import readable
-from flatpunch.fit.least_squares.minimum import covariance, minimise
+from flatpunch.fit.least_squares.minimum import covariance
 from flatpunch.fit.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
+
+HELD = 0.98
+"""Share of the largest force above which it is held."""
+EXPONENTS = (0.8, 4.0)
+"""Exponents of unloadings that are tried; a flat end has 1, a cone 2."""
 
 
 @readable
@@ -89,16 +96,13 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     >>> print(f"{found.stiffness:.0f} N/m, exponent {found.exponent:.2f}")
     37500 N/m, exponent 1.50
     """
-    if not 0 < lower < upper <= 1:
-        raise BadValue("lower", repr(lower), f"and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
+    _check_part(lower, upper)
     top = float(curve.force.max())
     # during a hold the depth creeps on: unloading begins where it is largest
-    held = np.flatnonzero(curve.force >= 0.98 * top)
+    held = np.flatnonzero(curve.force >= HELD * top)
     begin = int(held[np.argmax(curve.depth[held])])
-    rest = curve.force[begin:]
-    below = np.flatnonzero(rest < lower * top)
-    end = begin + (int(below[0]) if below.size else rest.size)
-    h, p = curve.depth[begin:end], curve.force[begin:end]
+    below = np.flatnonzero(curve.force[begin:] < lower * top)
+    h, p = (column[begin:][: below[0] if below.size else None] for column in (curve.depth, curve.force))
     chosen = (p <= upper * top) & (p >= lower * top)
     if not below.size or chosen.sum() < FEWEST:
         raise CurveError(
@@ -106,38 +110,59 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
             f"{FEWEST} are needed, down to the lower one. Is the whole cycle in the file?"
         )
     depth, force = float(h[0]), float(p[0])
-    h, p = h[chosen], p[chosen]
-    # notation: x = (ln B', h_f/h, m) with P/P_max = B' ((h - h_f)/h_max)^m
-
-    def evaluate(x: Array) -> tuple[Array, Array]:
-        gap = np.maximum(h / depth - x[1], 1e-9)
-        model = np.exp(x[0]) * gap ** x[2]
-        rows = np.array([model, -x[2] * model / gap, model * np.log(gap)])
-        return model - p / force, rows
-
-    slope = float(np.polyfit(h / depth, p / force, 1)[0])
-    start = np.array([1.5 * np.log(max(slope / 1.5, 1e-3)), 1 - 1.5 / max(slope, 1e-3), 1.5])
-    limit = float(h.min() / depth) - 1e-6
-    lowest, highest = 0.8, 4.0
-    found = minimise(evaluate, start, np.array([-50.0, -10.0, lowest]), np.array([50.0, limit, highest]))
-    if not found.converged:
-        raise CurveError(f"{curve.name}: the unloading does not follow a power law.")
+    x, y = h[chosen] / depth, p[chosen] / force
+    # notation: y = exp(b) (x - f)^m, f the final depth over the largest
+    first = max(float(np.polyfit(x, y, 1)[0]), 1e-3)
+    found = least_squares_fit(
+        lambda v: np.exp(v[0]) * np.maximum(x - v[1], 1e-9) ** v[2] - y,
+        np.array([1.5 * np.log(first / 1.5), 1 - 1.5 / first, 1.5]),
+        (np.array([-50.0, -10.0, EXPONENTS[0]]), np.array([50.0, float(x.min()) - 1e-6, EXPONENTS[1]])),
+        x.size,
+    )
     b, final, m = found.x
     gap = 1 - final
     stiffness = float(np.exp(b) * m * gap ** (m - 1))
     # ln S = b + ln m + (m - 1) ln gap
     by = np.array([1.0, -(m - 1) / gap, 1 / m + np.log(gap)])
-    spread = covariance(found.normal, ~found.at_bound, found.cost / max(p.size - 3, 1))[0]
-    error = stiffness * float(np.sqrt(max(by @ spread @ by, 0.0)))
-    unit = force / depth
+    error = stiffness * float(np.sqrt(max(by @ found.covariance @ by, 0.0)))
+    unit, doubt = force / depth, 2 * float(np.sqrt(found.covariance[2, 2]))
     notes: tuple[str, ...] = ()
-    if found.at_bound[2] or not 1 - 2 * np.sqrt(spread[2, 2]) <= m <= 2 + 2 * np.sqrt(spread[2, 2]):
+    if found.at_bound[2] or not 1 - doubt <= m <= 2 + doubt:
         where = f"on the limit of the search ({m:.1f})" if found.at_bound[2] else f"{m:.2f}"
         notes = (
             f"the exponent of the unloading is {where}; a flat end has 1, a cone 2. Creep, drift or a tail shapes the unloading: "
             "the stiffness is uncertain by more than its standard error. Hold longer, or choose another part (upper, lower).",
         )
     return Unloading(depth, force, stiffness * unit, error * unit, float(m), float(final) * depth, notes)
+
+
+def _check_part(lower: float, upper: float) -> None:
+    if not 0 < lower < upper <= 1:
+        raise BadValue("lower", repr(lower), f"and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
+
+
+class Found(NamedTuple):
+    """A least-squares fit: values, their covariance, residuals, which values are on a limit, and the rms misfit."""
+
+    x: Array
+    covariance: Array
+    residual: Array
+    at_bound: Flags
+    misfit: float
+
+
+def least_squares_fit(
+    residual: Callable[[Array], Array], start: Array, limits: tuple[Array, Array], count: int
+) -> Found:
+    """Least squares of residuals of order one, of which `count` are readings, from a start within limits."""
+    start = np.clip(start, limits[0] + 1e-9, limits[1] - 1e-9)
+    found = least_squares(
+        residual, start, jac="3-point", bounds=limits, method="dogbox", xtol=1e-12, ftol=1e-14, gtol=1e-12
+    )
+    at_bound = found.active_mask != 0
+    variance = 2 * found.cost / max(count - start.size, 1)
+    spread = covariance(found.jac.T @ found.jac, ~at_bound, variance)[0]
+    return Found(found.x, spread, found.fun, at_bound, float(np.sqrt(2 * found.cost / count)))
 
 
 def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0.5, name: str = "unloadings") -> Curve:
@@ -177,6 +202,7 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     >>> print(points.stiffness[[0, -1]].round())
     [18750. 75000.]
     """
+    _check_part(lower, upper)
     found: list[Unloading] = []
     odd: list[str] = []
     bad: list[str] = []
@@ -185,16 +211,20 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
         if not cycles:
             bad.append(f"{curve.name}: the force is never taken back by a tenth of its largest value; no unloading.")
         for number, (begin, peak, end) in enumerate(cycles):
-            one = curve.taken(slice(begin, end + 1))
             label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
             # noise at the end of a partial unloading must not hide that it got there
-            least = max(lower, 1.05 * float(one.force[-1]) / float(curve.force[peak]))
+            least = max(lower, 1.05 * float(curve.force[end]) / float(curve.force[peak]))
             try:
-                found.append(unloading(replace(one, name=label), upper=upper, lower=least))
+                if least >= upper:
+                    raise CurveError(
+                        f"{label}: the force is taken back to {least / 1.05:.0%} of its largest value only."
+                    )
+                one = unloading(replace(curve.taken(slice(begin, end + 1)), name=label), upper=upper, lower=least)
             except CurveError as error:
                 bad.append(str(error))
                 continue
-            odd += [f"{label}: {note}" for note in found[-1].notes]
+            found.append(one)
+            odd += [f"{label}: {note}" for note in one.notes]
     if len(found) < FEWEST_STIFF:
         plural = "s" if len(found) != 1 else ""
         what = (
@@ -203,14 +233,7 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
         )
         raise CurveError(" ".join([what, *bad]))
     found.sort(key=lambda point: point.depth)
-    depth, force, stiffness = (np.array([getattr(p, key) for p in found]) for key in ("depth", "force", "stiffness"))
-    notes = (*(f"Left out: {reason}" for reason in bad), *_listed(odd, len(found)))
+    depth, force, stiffness = np.array([(p.depth, p.force, p.stiffness) for p in found]).T
+    more = f" So are {len(odd) - 1} more of {len(found)} unloadings." if len(odd) > 1 else ""
+    notes = (*(f"Left out: {reason}" for reason in bad), *(f"{first}{more}" for first in odd[:1]))
     return Curve(depth, force, stiffness=stiffness, name=name, meta={"notes": notes})
-
-
-def _listed(odd: list[str], count: int) -> tuple[str, ...]:
-    """One line about all unloadings whose exponent is odd."""
-    if not odd:
-        return ()
-    more = f" So are {len(odd) - 1} more of {count} unloadings." if len(odd) > 1 else ""
-    return (f"{odd[0]}{more}",)

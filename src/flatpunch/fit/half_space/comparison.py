@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
@@ -17,7 +15,7 @@ from flatpunch.contact import Method, MethodName, indent
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.files import Case
 from flatpunch.files.units import text
-from flatpunch.fit.half_space.formulas import Formula, Reported, formulas, half_space_models, layer_on_top
+from flatpunch.fit.half_space.formulas import Formula, formulas, half_space_model, half_space_models, layer_on_top
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Interface, Medium
 
@@ -82,15 +80,17 @@ def compare_formulas(
     import xarray as xr
 
     medium, top = layer_on_top(medium)
+    half_space_model(indenter)
+    star = 1 / (1 - top.poisson**2)
+    bare = [
+        Formula(model.name.capitalize(), lambda d, young, model=model: young * star * model.force(d), "no correction")  # type: ignore[misc]
+        for model in half_space_models(indenter).values()
+    ]
+    laws = [*bare, *_of_one_layer(medium, indenter)]
     given = {"depth": depth, "force": force, "radius": radius}
     control: Plain = {name: values for name, values in given.items() if values is not None}
     result = indent(medium, indenter, method=method, angles=FEW_ANGLES, finite_strain=finite_strain, **control)
     depths, exact = result["depth"].values, result["force"].values
-    star = 1 / (1 - top.poisson**2)
-    laws = [
-        *(_bare(model, star) for model in half_space_models(indenter).values()),
-        *_of_one_layer(medium, indenter),
-    ]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         forces = np.array([law.force(depths, top.young) for law in laws])
         deviation = forces / exact - 1
@@ -116,11 +116,6 @@ def compare_formulas(
             "flatpunch_version": __version__,
         },
     )
-
-
-def _bare(model: Reported, star: float) -> Formula:
-    """The half-space formula as one of those to compare; `star` is E*/E of the layer."""
-    return Formula(model.name.capitalize(), lambda d, young: young * star * model.force(d), remark="no correction")
 
 
 def _of_one_layer(medium: Medium, indenter: Indenter) -> list[Formula]:
@@ -149,33 +144,25 @@ def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
     """Largest depth at which the deviation is still within the limit; 0 if it never is."""
     order = np.argsort(depth, kind="stable")
     order = order[depth[order] > 0]
-    if not order.size:
-        return 0.0
-    bad = np.flatnonzero(~(np.abs(deviation[order]) <= limit))
-    if not bad.size:
-        return float(depth[order[-1]])
-    return float(depth[order[bad[0] - 1]]) if bad[0] else 0.0
+    within = np.logical_and.accumulate(np.abs(deviation[order]) <= limit)
+    return float(depth[order][within].max(initial=0.0))
 
 
 def comparison_rows(found: xr.Dataset) -> list[list[str]]:
     """Table of a comparison: name, deviation at the largest depth, largest depths at which it is within the limits, remark."""
-    last = int(np.argmax(found["depth"].values))
-    deepest = float(found["depth"].values[last])
-    rows = []
-    for i, name in enumerate(found["formula"].values):
-        off = float(found["deviation"].values[i, last])
-        ends = [
-            "all depths" if end == deepest else text(end, "m") if end > 0 else "none"
-            for end in map(float, found["valid_to"].values[i])
-        ]
-        rows.append([str(name), _percent(off), *ends, str(found["remark"].values[i])])
-    return rows
+    deepest, last = float(found["depth"].values.max()), int(np.argmax(found["depth"].values))
 
+    def reach(end: float) -> str:
+        return "all depths" if end == deepest else text(end, "m") if end > 0 else "none"
 
-def _percent(value: float) -> str:
-    if not math.isfinite(value):
-        return "-"
-    return f"{100 * value:+.2f} %" if abs(value) < 0.1 else f"{100 * value:+.3g} %"
+    def percent(value: float) -> str:
+        return f"{100 * value:+{'.2f' if abs(value) < 0.1 else '.3g'}} %" if math.isfinite(value) else "-"
+
+    columns = (found[name].values for name in ("formula", "deviation", "valid_to", "remark"))
+    return [
+        [str(name), percent(float(off[last])), *map(reach, map(float, ends)), str(remark)]
+        for name, off, ends, remark in zip(*columns, strict=True)
+    ]
 
 
 def comparison_columns(found: xr.Dataset) -> list[str]:
@@ -186,12 +173,10 @@ def comparison_columns(found: xr.Dataset) -> list[str]:
 
 def comparison_csv(found: xr.Dataset) -> str:
     """Comparison as CSV: a line for each step, the exact force, and force and deviation by each formula."""
-    names = [str(name) for name in found["formula"].values]
-    out = io.StringIO()
-    table = csv.writer(out, lineterminator="\n")
-    pairs = [entry for name in names for entry in (f"{name} [N]", f"{name} deviation [-]")]
-    table.writerow(["depth [m]", "force [N]", *pairs])
-    for i, (depth, force) in enumerate(zip(found["depth"].values, found["force"].values, strict=True)):
-        both = np.stack([found["formula_force"].values[:, i], found["deviation"].values[:, i]], axis=1)
-        table.writerow([depth, force, *both.ravel()])
-    return out.getvalue()
+    import pandas as pd
+
+    columns = {"depth [m]": found["depth"].values, "force [N]": found["force"].values}
+    for one in (found.isel(formula=i) for i in range(found.sizes["formula"])):
+        columns[f"{one['formula'].item()} [N]"] = one["formula_force"].values
+        columns[f"{one['formula'].item()} deviation [-]"] = one["deviation"].values
+    return str(pd.DataFrame(columns).to_csv(index=False, na_rep="nan", lineterminator="\n"))

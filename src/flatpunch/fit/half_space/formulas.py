@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,8 @@ from flatpunch.fit.half_space import published
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace, Interface, Layer, Medium, RigidBase
+
+Equivalent = Callable[[Array, float], Array]
 
 OLIVER_PHARR = "oliver-pharr"
 """Name of the evaluation by stiffness and contact area, which goes with every tip."""
@@ -42,31 +45,17 @@ class Reported:
 
 
 def half_space_models(indenter: Indenter) -> dict[str, Reported]:
-    """The half-space formulas in use for a tip by their names, the usual one first; ValueError for tips without one."""
+    """The half-space formulas in use for a tip by their names, the usual one first; none for most tips."""
     if isinstance(indenter, (Sphere, Paraboloid)):
         return {"hertz": Reported("hertz", 4 / 3 * math.sqrt(indenter.radius), 1.5)}
-    if isinstance(indenter, Cone):
-        return {"sneddon": Reported("sneddon", 2 / (math.pi * math.tan(indenter.inclination)), 2.0)}
     if isinstance(indenter, Cylinder):
         return {"flat": Reported("flat", 2 * indenter.radius, 1.0)}
-    if isinstance(indenter, Pyramid) and indenter.sides == 4:
-        slope = 1 / math.tan(indenter.inclination)
-        return {
-            "bilodeau": Reported("bilodeau", 0.7453 * slope, 2.0),
-            "rico": Reported("rico", slope / math.sqrt(2), 2.0),
-        }
-    raise ValueError(
-        f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
-        "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
-    )
-
-
-def has_half_space_model(indenter: Indenter) -> bool:
-    """Whether a half-space formula is in use for a tip."""
-    try:
-        return bool(half_space_models(indenter))
-    except ValueError:
-        return False
+    if isinstance(indenter, Cone):
+        factors = {"sneddon": 2 / math.pi}
+    else:
+        four = isinstance(indenter, Pyramid) and indenter.sides == 4
+        factors = {"bilodeau": 0.7453, "rico": 1 / math.sqrt(2)} if four else {}
+    return {name: Reported(name, factor * _slope(indenter), 2.0) for name, factor in factors.items()}
 
 
 def half_space_model(indenter: Indenter, name: str | None = None) -> Reported:
@@ -76,9 +65,20 @@ def half_space_model(indenter: Indenter, name: str | None = None) -> Reported:
     angle) or "rico" (1/sqrt(2) instead of 0.7453).
     """
     found = half_space_models(indenter)
+    if not found:
+        raise ValueError(
+            f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
+            "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
+        )
     if name is None:
         return next(iter(found.values()))
     return found[one_of("model", name, found, wrong=f"does not belong to a {type(indenter).__name__}")]
+
+
+def _slope(indenter: Indenter) -> float:
+    """tan(alpha) of a cone or a pyramid, alpha the half opening angle; d tan(alpha) is the radius or half-width at depth d."""
+    assert isinstance(indenter, (Cone, Pyramid))
+    return 1 / math.tan(indenter.inclination)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,15 +91,12 @@ class Formula:
         By its authors.
     force : callable
         (depths [m], Young's modulus of the layer [Pa]) -> forces [N].
-    linear : bool
-        Whether the force is proportional to that modulus.
     remark : str
         What the formula was made for, where the sample differs.
     """
 
     name: str
     force: Callable[[Array, float], Array]
-    linear: bool = True
     remark: str = ""
 
 
@@ -111,83 +108,81 @@ def layer_on_top(medium: Body) -> tuple[Medium, Layer]:
 
 
 def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
-    """Return the published formulas for one layer on a base and a tip with a half-space model; none for more layers."""
-    if len(medium.layers) != 1 or isinstance(medium.layers[0].bonded, Interface):
-        return []
-    found = list(_thin_layer(medium, indenter))
-    return [*found, *_substrate(medium, indenter)] if isinstance(medium.base, HalfSpace) else found
+    """Return the published formulas for one layer on a base and a tip with a half-space model; none for more layers.
 
-
-def _thin_layer(medium: Medium, indenter: Indenter) -> Iterator[Formula]:
-    """Factors on the half-space force of layers on rigid bases."""
-    top = layer_on_top(medium)[1]
-    nu, h, tip, bonded = top.poisson, top.thickness, half_space_model(indenter), bool(top.bonded)
-    star = 1 / (1 - nu**2)
-    rigid = "" if isinstance(medium.base, RigidBase) else "for a rigid base"
-    half = "" if nu == 0.5 else "for nu = 0.5"
-
-    def factor(name: str, of: Callable[[Array], Array], *remarks: str) -> Formula:
-        said = "; ".join(remark for remark in (*remarks, rigid) if remark)
-        return Formula(name, lambda d, young: young * star * tip.force(d) * of(d), remark=said)
-
-    if isinstance(indenter, (Sphere, Paraboloid)):
-        radius = indenter.radius
-
-        def x(d: Array) -> Array:
-            return np.sqrt(radius * d) / h
-
-        yield factor("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, bonded))
-        if bonded:
-            yield factor("Garcia", lambda d: published.garcia(x(d), "paraboloid"), half)
-            if published.LONG[0] <= radius / h < published.LONG[1]:
-                yield factor("Long", lambda d: published.long(x(d), radius / h), "for large strains", half)
-            yield Formula(
-                "Chadwick",
-                lambda d, young: published.chadwick(radius, d, young, h),
-                remark="for bonded incompressible layers much thinner than the contact",
-            )
-    elif isinstance(indenter, Cylinder) and bonded:
-        yield factor("Garcia", lambda d: published.garcia(np.full_like(d, indenter.radius / h), "flat"), half)
-    elif isinstance(indenter, (Cone, Pyramid)):
-        slope = 1 / math.tan(indenter.inclination)
-        if bonded:
-            made_for = "" if isinstance(indenter, Cone) else "for cones"
-            yield factor("Garcia", lambda d: published.garcia(slope * d / h, "cone"), made_for, half)
-        if isinstance(indenter, Pyramid):
-            ours = published.PYRAMID_FORCE[4] * slope / tip.factor
-            yield factor(
-                "flatpunch", lambda d: ours * published.pyramid(slope * d / h, 4, bonded), "of this project", half
-            )
-
-
-def _substrate(medium: Medium, indenter: Indenter) -> Iterator[Formula]:
-    """Equivalent moduli E(a/t): the contact radius is the half-space's, as these formulas are used."""
+    Formulas for thin layers are factors on the half-space force; those for films on substrates are equivalent moduli at the
+    contact radius of the half-space, as they are used.
+    """
     top, base, tip = layer_on_top(medium)[1], medium.base, half_space_model(indenter)
-    assert isinstance(base, HalfSpace)
-    nu, t, substrate = top.poisson, top.thickness, base.surface_modulus
+    if len(medium.layers) != 1 or isinstance(top.bonded, Interface):
+        return []
+    nu, h, bonded, star = top.poisson, top.thickness, bool(top.bonded), 1 / (1 - top.poisson**2)
+    ball, pyramid = isinstance(indenter, (Sphere, Paraboloid)), isinstance(indenter, Pyramid)
+    shape = "paraboloid" if ball else "flat" if isinstance(indenter, Cylinder) else "cone"
+    found: list[Formula] = []
 
-    def radius(d: Array) -> Array:
+    def x(d: Array) -> Array:
+        """Half-space contact radius, or half-width of the tip at this depth for cones, over the thickness."""
         if isinstance(indenter, (Sphere, Paraboloid)):
-            return np.asarray(np.sqrt(indenter.radius * d))
+            return np.sqrt(indenter.radius * d) / h
         if isinstance(indenter, Cylinder):
-            return np.full_like(d, indenter.radius)
-        assert isinstance(indenter, (Cone, Pyramid))
-        return np.asarray(2 / math.pi * d / math.tan(indenter.inclination))
+            return np.full_like(d, indenter.radius / h)
+        return d * _slope(indenter) / h
 
-    laws: dict[str, Callable[[Array, float], Array]] = {
-        "Gao": lambda d, film: published.gao(radius(d) / t, film, substrate, nu),
-        "Perriot-Barthel": lambda d, film: published.perriot_barthel(radius(d) / t, film, substrate),
-        "Bec": lambda d, film: published.bec(radius(d), film, substrate, t),
+    def add(name: str, of: Callable[[Array], Array], *made_for: str) -> None:
+        """A factor on the half-space force."""
+        rigid = "" if isinstance(base, RigidBase) else "for a rigid base"
+        remark = "; ".join(filter(None, (*made_for, rigid)))
+        found.append(Formula(name, lambda d, young: young * star * tip.force(d) * of(d), remark))
+
+    half = "" if nu == 0.5 else "for nu = 0.5"
+    if ball:
+        add("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, bonded))
+    if bonded:
+        add("Garcia", lambda d: published.garcia(x(d), shape), "for cones" if pyramid else "", half)
+    if bonded and isinstance(indenter, (Sphere, Paraboloid)):
+        radius = indenter.radius
+        if published.LONG[0] <= radius / h < published.LONG[1]:
+            add("Long", lambda d: published.long(x(d), radius / h), "for large strains", half)
+        thin = "for bonded incompressible layers much thinner than the contact"
+        found.append(Formula("Chadwick", lambda d, young: published.chadwick(radius, d, young, h), thin))
+    if pyramid:
+        ours = published.PYRAMID_FORCE[4] * _slope(indenter) / tip.factor
+        add("flatpunch", lambda d: ours * published.pyramid(x(d), 4, bonded), "of this project", half)
+    if isinstance(base, HalfSpace):
+        narrow = 2 / math.pi if shape == "cone" else 1.0
+        laws = equivalents(medium)
+        if ball:
+            substrate = base.surface_modulus
+            laws["Clifford"] = lambda a, film: published.clifford(a, film, nu, substrate, base.poisson)
+        found += [
+            Formula(name, partial(_over_half_space, tip, law, lambda d: narrow * x(d), star), MADE_FOR.get(name, ""))
+            for name, law in laws.items()
+        ]
+    return found
+
+
+MADE_FOR = {"Gao": "for bodies of similar stiffness", "Perriot-Barthel": "for moduli that differ by up to 100 times"}
+"""Films and substrates for which formulas were made."""
+
+
+def _over_half_space(
+    tip: Reported, law: Equivalent, x: Callable[[Array], Array], star: float, depth: Array, young: float
+) -> Array:
+    """Half-space force at the equivalent modulus [N]."""
+    return tip.force(depth) * law(x(depth), young * star)
+
+
+def equivalents(film: Medium) -> dict[str, Equivalent]:
+    """Equivalent plane-strain moduli of one film on a half-space by published formulas.
+
+    Each is a function of contact radius over thickness and of the film's plane-strain modulus [Pa].
+    """
+    base = film.base
+    assert isinstance(base, HalfSpace)
+    nu, substrate = layer_on_top(film)[1].poisson, base.surface_modulus
+    return {
+        "Gao": lambda x, e: published.gao(x, e, substrate, nu),
+        "Perriot-Barthel": lambda x, e: published.perriot_barthel(x, e, substrate),
+        "Bec": lambda x, e: published.bec(x, e, substrate),
     }
-    if isinstance(indenter, (Sphere, Paraboloid)):
-        laws["Clifford"] = lambda d, film: published.clifford(indenter.radius, d, film, nu, substrate, base.poisson, t)
-    made_for = {
-        "Gao": "for bodies of similar stiffness",
-        "Perriot-Barthel": "for moduli that differ by up to 100 times",
-    }
-    for name, law in laws.items():
-
-        def force(d: Array, young: float, law: Callable[[Array, float], Array] = law) -> Array:
-            return tip.force(d) * law(d, young / (1 - nu**2))
-
-        yield Formula(name, force, linear=False, remark=made_for.get(name, ""))
