@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from flatpunch.cli.app import app
 from flatpunch.fit import Curve, CurveError, Tip, fit_film, read_curve, unloading, unloadings
 from flatpunch.fit.films.film import normalised_stiffness
-from flatpunch.fit.films.measured import film_curves
 from flatpunch.fit.films.oliver_pharr import DIAMOND
+from flatpunch.fit.films.unloading import film_curves
 from flatpunch.fit.measured.cycles import load_cycles
 from flatpunch.media import HalfSpace, Layer, Medium
 

@@ -124,7 +124,7 @@ print(study["critical_force"].isel(step=0))
             "compare:compare_file",
             """\
 import flatpunch as fp
-from flatpunch.fit.half_space.comparison import compare_case
+from flatpunch.fit.half_space.formulas import compare_case
 
 found = compare_case(fp.read_case("{stem}.toml"))
 fp.save(found, "{stem}.nc")

@@ -21,7 +21,7 @@ from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.tables.fields import validated
 from flatpunch.files.tables.media import body
 from flatpunch.fit.adhesion.model import adhesive_method
-from flatpunch.fit.cases.tables import (
+from flatpunch.fit.cases import (
     CorrectTable,
     CurveTable,
     FilmTable,
@@ -30,8 +30,8 @@ from flatpunch.fit.cases.tables import (
     PlanTable,
     PosteriorTable,
     prior_of,
+    split,
 )
-from flatpunch.fit.cases.values import split
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
 from flatpunch.fit.half_space.formulas import layer_on_top

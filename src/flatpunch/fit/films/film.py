@@ -272,7 +272,9 @@ def fit_film(
 
     def residual(x: Array) -> Array:
         medium, here = described(x)
-        return misfit_of(here, tip, _known(punch_modulus, medium, here.radius))
+        # a frame may leave no contact at some points, whose residuals are zero
+        radius = np.nan_to_num(here.radius, nan=float(np.nanmax(here.radius)))
+        return misfit_of(here, tip, punch_modulus(medium, radius))
 
     if (count := int(np.isfinite(points(frame).radius).sum())) < len(names) + 3:
         raise CurveError(
@@ -307,13 +309,6 @@ def fit_film(
         (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual)),
         curve.name,
     )
-
-
-def _known(law: Callable[[Body, Array], Array], medium: Body, radius: Array) -> Array:
-    """A law at the radii that there are; nan elsewhere."""
-    result, there = np.full(radius.size, np.nan), np.isfinite(radius)
-    result[there] = law(medium, radius[there])
-    return result
 
 
 def _notes(sample: Body, points: OliverPharr, residual: Array) -> Iterable[str]:

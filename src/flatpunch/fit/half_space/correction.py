@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from scipy.optimize import brentq
@@ -48,7 +48,11 @@ if TYPE_CHECKING:
 
 Over = Literal["curve", "depth"]
 
-_TOP = "layers[0].young"
+_Laws = dict[str, tuple[Callable[[float], Array], str]]
+"""By name: apparent modulus at each depth over Young's modulus of the layer, and a remark; the exact contact first."""
+_Limits = Callable[[float], tuple[str, ...]]
+
+_TOP, _EXACT = "layers[0].young", "exact"
 _POINTS = 200
 """Evenly spaced depths of the curve that the software fitted; twice as many move the modulus by 0.1 %."""
 _DOUBLINGS = 20
@@ -127,8 +131,8 @@ class Correction:
     def _table_(self) -> Table:
         """The moduli."""
         title = (
-            f"Reported {text(self.reported, 'Pa')} -> layer {text(self.young, 'Pa')} (reported is {self.factor:.3f} of it; 1 % in "
-            f"the report is {self.sensitivity:.1f} % in the layer)"
+            f"Reported {text(self.reported, 'Pa')} -> layer {text(self.young, 'Pa')} (reported is {self.factor:.3f} of it; 1 % "
+            f"in the report is {self.sensitivity:.1f} % in the layer)"
         )
         return table_of_rows(title, self.rows(), notes=self.notes)
 
@@ -136,42 +140,18 @@ class Correction:
         """Return the result as a dataset: moduli by `formula`, the exact contact first, and the apparent modulus by `depth`."""
         import xarray as xr
 
-        rows, pascal = self.rows(), {"units": "Pa"}
+        names, moduli = zip(("exact", self.young), *self.others.items(), strict=True)
+        remarks = np.array([self.why.get(name, "") for name in names], dtype=object)
+        attributes = {name: getattr(self, name) for name in ("reported", "over", "sensitivity")}
         return xr.Dataset(
             {
-                "young": (
-                    "formula",
-                    np.array([row.value for row in rows]),
-                    pascal | {"long_name": "Young's modulus of the layer"},
-                ),
-                "remark": ("formula", np.array([self.why.get(row.name, "") for row in rows], dtype=object)),
-                "apparent": ("depth", self.apparent, pascal | {"long_name": "modulus of the half-space formula"}),
+                "young": ("formula", np.array(moduli), {"units": "Pa", "long_name": "Young's modulus of the layer"}),
+                "remark": ("formula", remarks),
+                "apparent": ("depth", self.apparent, {"units": "Pa", "long_name": "modulus of the half-space formula"}),
             },
-            {
-                "formula": np.array([row.name for row in rows], dtype=object),
-                "depth": ("depth", self.depth, {"units": "m"}),
-            },
-            {
-                "reported": self.reported,
-                "over": self.over,
-                "sensitivity": self.sensitivity,
-                "notes": "\n".join(self.notes),
-                "flatpunch_version": __version__,
-            },
+            {"formula": np.array(names, dtype=object), "depth": ("depth", self.depth, {"units": "m"})},
+            attributes | {"notes": "\n".join(self.notes), "flatpunch_version": __version__},
         )
-
-
-class _Software(NamedTuple):
-    """How a program comes to its modulus."""
-
-    reports: Callable[[float], float]
-    """Plane-strain modulus that it reports for a layer of this Young's modulus [Pa]."""
-    along: Callable[[float], Array]
-    """The same at each depth."""
-    formulas: list[tuple[str, Callable[[float], float], str]]
-    """Names of published formulas, what the software reports where they hold, and remarks."""
-    notes: Callable[[float], tuple[str, ...]]
-    """Limits of the exact contact."""
 
 
 @one_blas_thread()
@@ -237,70 +217,55 @@ def correct(
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
     if model == OLIVER_PHARR or (model is None and not half_space_models(indenter)):
-        over, software = "depth", _by_area(medium, indenter, along)
+        over, weight = "depth", np.ones(_POINTS)
+        laws, limits = _by_area(medium, indenter, along)
     else:
-        start, _ = replaced(medium, None, {_TOP: reported})
-        software = _by_force(start, indenter, along if over == "curve" else along[-1:], along, model, method)
-    target = reported / (1 - nu**2)
-    young = _solved(software.reports, target, reported)
-    others, why = {}, {}
-    for name, reports, remark in software.formulas:
+        weight = half_space_model(indenter, model).force(along) ** 2
+        laws, limits = _by_force(replaced(medium, None, {_TOP: reported})[0], indenter, along, model, method)
+    if over == "depth":
+        weight = np.append(np.zeros(_POINTS - 1), 1.0)
+    weight, target = weight / weight.sum(), reported / (1 - nu**2)
+    found: dict[str, float] = {}
+    why = {name: remark for name, (_, remark) in laws.items() if remark}
+    for name, (law, _) in laws.items():
         try:
-            others[name] = _solved(reports, target, reported)
+            found[name] = _solved(lambda young, law=law: float(weight @ law(young)), target, reported)  # type: ignore[misc]
         except ValueError as error:
-            others[name], remark = math.nan, str(error).partition(":")[0]
-        if remark:
-            why[name] = remark
-    near = [math.log(software.reports(young * (1 + step))) for step in (-_STEP, _STEP)]
-    growth = (near[1] - near[0]) / (2 * _STEP)
-    sensitivity = 1 / growth if growth > 0 else math.inf
-    apparent = software.along(young) * (1 - nu**2)
-    notes = software.notes(young)
-    return Correction(young, reported, reported / young, others, why, sensitivity, over, notes, along, apparent)
+            if name == _EXACT:
+                raise
+            found[name], why[name] = math.nan, str(error).partition(":")[0]
+    young, exact = found.pop(_EXACT), laws[_EXACT][0]
+    near = [math.log(float(weight @ exact(young * (1 + step)))) for step in (-_STEP, _STEP)]
+    sensitivity = 2 * _STEP / (near[1] - near[0]) if near[1] > near[0] else math.inf
+    apparent = exact(young) * (1 - nu**2)
+    return Correction(young, reported, reported / young, found, why, sensitivity, over, limits(young), along, apparent)
 
 
 def _by_force(
-    medium: Medium, indenter: Indenter, grid: Array, along: Array, model: str | None, method: FitMethod
-) -> _Software:
-    """The half-space formula, fitted by least squares to the forces at the depths of a grid."""
-    formula = half_space_model(indenter, model)
-    weight = formula.force(grid)
-    weight = weight / float(weight @ weight)
+    medium: Medium, indenter: Indenter, along: Array, model: str | None, method: FitMethod
+) -> tuple[_Laws, _Limits]:
+    """Plane-strain moduli of the half-space with the same force at each depth, and limits of the exact contact."""
+    unit = half_space_model(indenter, model).force(along)
     exact = ForwardModel(medium, indenter, (_TOP,), method)
-    return _Software(
-        lambda young: float(weight @ exact.force(grid, {_TOP: young})),
-        lambda young: exact.force(along, {_TOP: young}) / formula.force(along),
-        [
-            (law.name, lambda young, law=law: float(weight @ law.force(grid, young)), law.remark)  # type: ignore[misc]
-            for law in formulas(medium, indenter)
-        ],
-        lambda young: tuple(exact.exact(grid[-1:], {_TOP: young})[1].splitlines()),
-    )
+    laws: _Laws = {_EXACT: (lambda young: exact.force(along, {_TOP: young}) / unit, "")}
+    for law in formulas(medium, indenter):
+        laws[law.name] = (lambda young, law=law: law.force(along, young) / unit, law.remark)  # type: ignore[misc]
+    return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young})[1].splitlines())
 
 
-def _by_area(medium: Medium, indenter: Indenter, along: Array) -> _Software:
-    """Oliver and Pharr: the stiffness of the contact at a contact depth and the area of the tip there."""
+def _by_area(medium: Medium, indenter: Indenter, along: Array) -> tuple[_Laws, _Limits]:
+    """Oliver and Pharr: plane-strain moduli of the half-space with the same stiffness at each contact depth; what is assumed."""
     radius, top = section_radius(indenter, along), layer_on_top(medium)[1]
-    a, star = radius[-1:], 1 / (1 - top.poisson**2)
-
-    def modulus(young: float, radius: Array) -> Array:
-        return punch_modulus(replaced(medium, None, {_TOP: young})[0], radius)
-
-    one_film = len(medium.layers) == 1 and isinstance(medium.base, HalfSpace)
-    laws = equivalents(medium) if one_film else {}
+    x, star = radius / top.thickness, 1 / (1 - top.poisson**2)
+    laws: _Laws = {_EXACT: (lambda young: punch_modulus(replaced(medium, None, {_TOP: young})[0], radius), "")}
+    if len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
+        for name, law in equivalents(medium).items():
+            laws[name] = (lambda young, law=law: law(x, young * star), "")  # type: ignore[misc]
     note = (
-        f"Oliver and Pharr: the depth is that of the contact, where the tip has the area of a circle of {text(float(a[0]), 'm')}. "
-        "The reported modulus is that of the sample, the tip's own compliance taken out."
+        "Oliver and Pharr: the depth is that of the contact, where the tip has the area of a circle of "
+        f"{text(float(radius[-1]), 'm')}. The reported modulus is that of the sample, the tip's own compliance taken out."
     )
-    return _Software(
-        lambda young: float(modulus(young, a)[0]),
-        lambda young: modulus(young, radius),
-        [
-            (name, lambda young, law=law: float(law(a / top.thickness, young * star)[0]), "")  # type: ignore[misc]
-            for name, law in laws.items()
-        ],
-        lambda young: (note,),
-    )
+    return laws, lambda young: (note,)
 
 
 def section_radius(indenter: Indenter, depth: Array) -> Array:
@@ -330,7 +295,8 @@ def _solved(reports: Callable[[float], float], target: float, guess: float) -> f
     """The Young's modulus for which the target is reported, in logarithms, from a bracket that grows by factors of two."""
 
     def miss(x: float) -> float:
-        return math.log(reports(math.exp(x)) / target)
+        seen = reports(math.exp(x)) / target
+        return math.log(seen) if seen > 0 else math.nan
 
     at = math.log(guess)
     if not math.isfinite(first := miss(at)):

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatpunch.fit.half_space.comparison import WITHIN
 from flatpunch.fit.half_space.correction import Correction
+from flatpunch.fit.half_space.formulas import WITHIN
 from flatpunch.plots.style import BLUE, GREEN, GREY, ORANGE, THIN, StyleName, panels, scale_of, styled
 
 if TYPE_CHECKING:

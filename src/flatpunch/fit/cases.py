@@ -1,4 +1,4 @@
-"""Tables of a fit's case file.
+"""Tables of a fit's case file, and { fit = ..., min = ..., max = ..., each = true } in the place of a value that is fitted.
 
 [fit] is how to fit, [curve] and [[curves]] how to read, [film] tip and machine of a nanoindentation test, [correct] a reported
 modulus; [priors], [posterior] and [plan] are about what is known beforehand.
@@ -6,8 +6,10 @@ modulus; [priors], [posterior] and [plan] are about what is known beforehand.
 
 from __future__ import annotations
 
+import copy
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -18,13 +20,29 @@ from flatpunch._support.paths import Plain
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
-from flatpunch.fit.cases.values import share_of, value_in_si
 from flatpunch.fit.measured.columns import STIFFNESS
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
-from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.parameters.settings import Free, Settings
+from flatpunch.fit.report.quantities import unit_of
 
 FRAME = si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN"))
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
+_BY_UNIT = {dimension.unit: dimension for dimension in (*si.DIMENSIONS, si.STIFFNESS)}
+_ANGLES = ("inclination", "half_opening_angle")
+PARAMETERS = {
+    "young",
+    "thickness",
+    "radius",
+    *_ANGLES,
+    "poisson",
+    "work_of_adhesion",
+    "interface_normal",
+    "interface_shear",
+}
+PARAMETERS |= {"time", "times", "equilibrium", "exponent", "weights"}
+"""Words of a case file for what can be fitted."""
+BESIDE = {"contact", "baseline", "tilt", "spring_constant", "sensitivity", "relative"}
+"""Numbers that a fit or a prior has beside the parameters."""
 
 
 class ContactLimits(Table):
@@ -241,3 +259,81 @@ def prior_of(name: str, table: Any) -> Prior:
         f'priors: {name} = {shown(table)} must be {{ mean = "1 um", std = "50 nm" }} (or std = "5 %"), '
         '{ median = "1 um", relative = 0.05 } or { min = ..., max = ... }.'
     )
+
+
+def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
+    """Separate { fit = ..., min = ..., max = ..., each = true } from a file.
+
+    Returns the file with the starts in their place, the free parameters, and which of them each curve of a joint fit has for
+    itself.
+    """
+    plain = copy.deepcopy(data)
+    found: dict[str, Free] = {}
+    own: list[str] = []
+    for prefix, table in _places(plain):
+        for name, value in table.items():
+            if isinstance(value, list):
+                places = [(f"{prefix}{name}[{i}]", value, i, entry) for i, entry in enumerate(value)]
+            else:
+                places = [(f"{prefix}{name}", table, name, value)]
+            for label, where, key, wanted in places:
+                if isinstance(wanted, dict) and "fit" in wanted:
+                    path, found_free = _free(label, name, wanted)
+                    found[path], where[key] = found_free, wanted["fit"]
+                    own += [path] if wanted.get("each") else []
+    return plain, found, tuple(own)
+
+
+def value_in_si(name: str, given: object, called: str = "") -> float:
+    """Value of a parameter, or of a number that a fit has beside them, as it stands in a file, SI; messages say `called`."""
+    word = _word(name)
+    if word not in PARAMETERS and not (called and word in BESIDE):
+        raise BadValue(name, "", f"is no parameter; parameters end in {', '.join(sorted(PARAMETERS))}.")
+    dimension = _BY_UNIT.get(
+        "rad" if word in _ANGLES else "" if word == "relative" else unit_of(word.replace("interface_", ""))
+    )
+    if dimension is not None:
+        return si.named_si(called or name, given, dimension)
+    if isinstance(given, bool) or not isinstance(given, (int, float)):
+        raise BadValue(called or name, repr(given), "must be a plain number.")
+    return float(given)
+
+
+def _word(name: str) -> str:
+    """The word of a case file for a parameter: interface_normal for layers[0].bonded.normal."""
+    return name.replace("bonded.", "interface_").split(".")[-1].split("[")[0]
+
+
+def share_of(given: object) -> float | None:
+    """A percentage as a share; None for anything else."""
+    match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", given) if isinstance(given, str) else None
+    return float(match[1]) / 100 if match else None
+
+
+def _places(plain: Plain) -> Iterator[tuple[str, Plain]]:
+    """Tables in which something can be fitted, with what their names begin with."""
+    for prefix, body in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
+        if isinstance(body, dict):
+            layers = body.get("layers")
+            tables = [(f"layers[{i}].", table) for i, table in enumerate(layers if isinstance(layers, list) else [])]
+            tables.append(("base.", body.get("base")))
+            yield from ((prefix + name, table) for name, table in tables if isinstance(table, dict))
+    more = (("indenter.", plain.get("indenter")), ("relaxation.", plain.get("relaxation")), ("", plain))
+    yield from ((prefix, table) for prefix, table in more if isinstance(table, dict))
+
+
+def _free(path: str, name: str, value: Plain) -> tuple[str, Free]:
+    """Name and limits of a fitted value."""
+    if unknown := set(value) - {"fit", "min", "max", "each"}:
+        raise ValueError(
+            f"{path}.{min(unknown)} is no known field; a fitted value is written {{ fit = ..., min = ..., max = ... }}."
+        )
+    if name not in PARAMETERS:
+        raise ValueError(f"{path} cannot be fitted; one can fit {', '.join(sorted(PARAMETERS))}.")
+    if not isinstance(value.get("each", False), bool):
+        raise BadValue(f"{path}.each", repr(value["each"]), "must be true or false.")
+    limits = [value_in_si(name, value[key], f"{path}.{key}") if key in value else None for key in ("min", "max")]
+    if name == "half_opening_angle":
+        limits = [None if v is None else math.pi / 2 - v for v in reversed(limits)]
+        path = path.replace("half_opening_angle", "inclination")
+    return path.replace("interface_", "bonded."), Free(None, *limits)
