@@ -294,3 +294,41 @@ def test_odd_exponents_are_noted(exponent, words):
         assert words in notes[0]
         points = unloadings(_cycle(h, 5e-3 * h / 4e-7, 1e5, exponent, noise=1e-4) for h in np.linspace(2e-7, 4e-7, 6))
         assert "So are 5 more of 6 unloadings" in points.meta["notes"][0]
+
+
+@pytest.mark.parametrize("bad", ["loading", "held", "empty", "words", "short"])
+def test_a_bad_test_of_a_folder_costs_one_test_and_is_named(tmp_path, bad):
+    """Whole tests with drift in air, each in its file, and one that cannot be evaluated: the others count, it is named."""
+    texts = {}
+    for i, cycle in enumerate(CYCLES[:6]):
+        depth, force = _in_air(i)
+        whole = Curve(np.append(depth, cycle.depth), np.append(force, cycle.force))
+        texts[f"test_{i}.csv"] = _text([np.column_stack([whole.depth, whole.force])])
+    rows = np.column_stack([CYCLES[7].depth, CYCLES[7].force])
+    # taken back to 96 % of the load in its noise, and what is no test at all
+    held = np.concatenate([rows[:350], rows[350:358]])
+    texts["test_bad.csv"] = {
+        "loading": _text([rows[:300]]),
+        "held": _text([held]),
+        "empty": "",
+        "words": "no numbers\n",
+        "short": _text([rows[:5]]),
+    }[bad]
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (points,) = film_curves(tmp_path, {})
+    assert points.depth.size == 6
+    assert [note for note in points.meta["notes"] if "test_bad" in note and note.startswith("Left out")]
+    with pytest.raises(CurveError) as error:
+        unloadings([Curve(*rows.T, name="one.csv")])
+    assert "1 unloading found" in str(error.value)
+    assert "0 <" not in str(error.value)
+
+
+def test_a_load_that_is_hardly_taken_back_is_named():
+    """The end of the fitted part would be above its beginning: the test is named, and no argument of the function."""
+    up = np.linspace(0, 1, 300)
+    force = np.concatenate([up, np.linspace(1, 0.85, 60)])
+    depth = np.concatenate([up, np.linspace(1, 0.95, 60)])
+    with pytest.raises(CurveError, match=r"odd: the force falls to 8.% of its largest value only"):
+        unloadings([Curve(1e-7 * depth, force, name="odd")] * 2, upper=0.85)

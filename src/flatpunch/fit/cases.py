@@ -193,6 +193,8 @@ class CorrectTable(Table):
 class FilmTable(Table):
     """[film]: tip and machine of a nanoindentation test, for `flatpunch fit-film`."""
 
+    describes = dict
+
     area_coefficients: list[Number] = Field(default=[])
     beta: Number = 1.034
     epsilon: Number = 0.75
@@ -203,13 +205,9 @@ class FilmTable(Table):
 
     def build(self, folder: Path) -> Plain:
         """Return what `fit_film` and `Tip` take."""
-        end = math.inf if self.depth_max is None else self.depth_max
-        return {
-            "coefficients": list(self.area_coefficients),
-            "frame": si.named_si("frame", self.frame, FRAME) if self.frame else 0.0,
-            "depths": (self.depth_min, end),
-            **{name: getattr(self, name) for name in ("beta", "epsilon", "fit_frame")},
-        }
+        found: Plain = self.described(but=("depth_min", "depth_max"))
+        found["frame"] = si.named_si("frame", self.frame, FRAME) if self.frame else 0.0
+        return found | {"depths": (self.depth_min, math.inf if self.depth_max is None else self.depth_max)}
 
 
 class PosteriorTable(Table):
@@ -272,6 +270,7 @@ def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
     own: list[str] = []
     for prefix, table in _places(plain):
         for name, value in table.items():
+            places: list[tuple[str, Any, str | int, Any]]
             if isinstance(value, list):
                 places = [(f"{prefix}{name}[{i}]", value, i, entry) for i, entry in enumerate(value)]
             else:

@@ -75,6 +75,8 @@ def imprint(curve: Curve) -> Imprint | None:
     _, peak, end = max(cycles, key=lambda cycle: float(curve.force[cycle[1]]))
     force, depth = smoothed(curve.force), smoothed(curve.depth)
     load, noise = float(force[peak]), wander(curve.force)
+    if load <= 0:
+        return None
     # unloading begins where the force falls for good, or, at a held position, where the tip goes back
     back = peak + int(np.flatnonzero(force[peak : end + 1] > HIGHEST * load)[-1])
     back += int(np.argmax(depth[back : end + 1]))
@@ -83,13 +85,11 @@ def imprint(curve: Curve) -> Imprint | None:
     slack = max(CLEAR * noise, 0.01 * load)
     virgin = np.flatnonzero(_between(highest, low, high) & (force[: peak + 1] > highest - slack))
     falling = np.flatnonzero(_between(lowest, low, high))
-    ways = (
-        _extent(curve, virgin, highest[virgin], high, noise),
-        _extent(curve, back + falling, lowest[falling], high, noise),
-    )
-    if ways[0] is None or ways[1] is None:
+    loading = _extent(curve, virgin, highest[virgin], high, noise)
+    unloading = _extent(curve, back + falling, lowest[falling], high, noise)
+    if loading is None or unloading is None:
         return None
-    (pressed, doubt), (returned, error) = ways
+    (pressed, doubt), (returned, error) = loading, unloading
     ratio = returned / pressed
     down_to = max(float(lowest[-1]), 0.0) / load
     return Imprint(1 - ratio, ratio * float(np.hypot(doubt / pressed, error / returned)), load, down_to)
@@ -128,7 +128,7 @@ def _from_zero(read: Array, over: Array) -> Array:
     """Force of a record over its background, as far as the fit of a part of it shows one; else over its lowest force [N]."""
     # a line through the contact is no background
     if np.ptp(over) < np.ptp(read) / 2:
-        return read - smoothed(read).min()
+        return np.asarray(read - smoothed(read).min())
     # data that begin in contact leave the zero open, and no force is counted from below all that was measured
     return over - max(float(smoothed(over).min()), 0.0)
 

@@ -294,21 +294,18 @@ def fit_film(
         estimates[name] = Estimate(
             value, unit * error, outside(name, x - reach * error), outside(name, x + reach * error)
         )
-    film = medium.layers[0] if isinstance(medium, Medium) and len(medium.layers) == 1 else None
+    others: dict[str, tuple[float, float]] = {}
+    rule = None
     # the rule and the published formulas are about one isotropic film on a half-space
-    one = isinstance(film, Layer) or (isinstance(film, GradedLayer) and not film.anisotropic)
-    one &= isinstance(medium.base, HalfSpace) if isinstance(medium, Medium) else False
-    return FilmResult(
-        estimates,
-        medium,
-        here,
-        punch_modulus(medium, here.radius),
-        by_formulas(here, tip, medium) if one and compare and isinstance(film, Layer) else {},
-        found.misfit,
-        tenth_rule(medium, tip) if one else None,
-        (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual)),
-        curve.name,
-    )
+    if isinstance(medium, Medium) and len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
+        (film,) = medium.layers
+        if isinstance(film, Layer) or (isinstance(film, GradedLayer) and not film.anisotropic):
+            rule = tenth_rule(medium, tip)
+        if isinstance(film, Layer) and compare:
+            others = by_formulas(here, tip, medium)
+    model = punch_modulus(medium, here.radius)
+    notes = (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual))
+    return FilmResult(estimates, medium, here, model, others, found.misfit, rule, notes, curve.name)
 
 
 def _notes(sample: Body, points: OliverPharr, residual: Array) -> Iterable[str]:

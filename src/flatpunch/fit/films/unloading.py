@@ -5,7 +5,8 @@ After Oliver and Pharr the upper part of an unloading is P = B (h - h_f)^m, whos
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -150,6 +151,15 @@ def _check_part(lower: float, upper: float) -> None:
         raise BadValue("lower", repr(lower), f"and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
 
 
+@contextmanager
+def _left_out(bad: list[str]) -> Iterator[None]:
+    """What cannot be read or evaluated is noted, and costs nothing else."""
+    try:
+        yield
+    except CurveError as error:
+        bad.append(str(error))
+
+
 class Found(NamedTuple):
     """A least-squares fit: values, their covariance, residuals, which values are on a limit, and the rms misfit."""
 
@@ -223,17 +233,12 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
             label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
             # noise at the end of a partial unloading must not hide that it got there
             least = max(lower, 1.05 * float(curve.force[end]) / float(curve.force[peak]))
-            try:
+            with _left_out(bad):
                 if least >= upper:
-                    raise CurveError(
-                        f"{label}: the force is taken back to {least / 1.05:.0%} of its largest value only."
-                    )
+                    raise CurveError(f"{label}: the force falls to {least / 1.05:.0%} of its largest value only.")
                 one = unloading(replace(curve.taken(slice(begin, end + 1)), name=label), upper=upper, lower=least)
-            except CurveError as error:
-                bad.append(str(error))
-                continue
-            found.append(one)
-            odd += [f"{label}: {note}" for note in one.notes]
+                found.append(one)
+                odd += [f"{label}: {note}" for note in one.notes]
     if len(found) < FEWEST_STIFF:
         plural = "s" if len(found) != 1 else ""
         what = (
@@ -254,24 +259,19 @@ def film_curves(path: str | Path, reading: Mapping[str, Any]) -> list[Curve]:
     `reading` has arguments of `read_curve`. Tests that cannot be read or evaluated are left out; meta["notes"] of the first
     curve names them. CurveError if none is left.
     """
-    files = _files(path)
     curves: list[Curve] = []
     bad: list[str] = []
-    for file in files:
-        try:
-            chosen = reading.get("index")
-            numbers = range(curves_in(file, **reading)) if chosen is None else [chosen]
-        except CurveError as error:
-            bad.append(str(error))
-            continue
+    chosen = reading.get("index")
+    for file in _files(path):
+        numbers: Sequence[int | None] = ()
+        with _left_out(bad):
+            count = 1 if chosen is not None else curves_in(file, **reading)
+            numbers = [chosen] if count == 1 else range(count)
         for i in numbers:
-            try:
-                curve = read_curve(file, **{**reading, "index": i if chosen is not None or len(numbers) > 1 else None})
-            except CurveError as error:
-                bad.append(str(error))
-                continue
-            # instruments count force and depth from the surface
-            curves.append(replace(curve, name=curve.meta.get("source", curve.name)))
+            with _left_out(bad):
+                curve = read_curve(file, **{**reading, "index": i})
+                # instruments count force and depth from the surface
+                curves.append(replace(curve, name=curve.meta.get("source", curve.name)))
     if not curves:
         raise CurveError(" ".join(bad) or f"{path}: no test.")
     along = [curve for curve in curves if continuous(curve)]
@@ -305,8 +305,8 @@ def _files(path: str | Path) -> list[Path]:
 def film_tip(path: str | Path, film: Mapping[str, Any]) -> Tip:
     """The tip of a case, with the area function of the case or of the workbook; CurveError if neither has one."""
     rest = {name: film[name] for name in ("beta", "epsilon") if name in film}
-    if film.get("coefficients"):
-        return Tip.from_coefficients(film["coefficients"], **rest)
+    if film.get("area_coefficients"):
+        return Tip.from_coefficients(film["area_coefficients"], **rest)
     for book in (file for file in _files(path) if file.suffix.lower() in EXCEL):
         return tip_in_workbook(book, **rest)
     raise CurveError(

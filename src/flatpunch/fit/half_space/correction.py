@@ -220,7 +220,7 @@ def correct(
         over, weight = "depth", np.ones(_POINTS)
         laws, limits = _by_area(medium, indenter, along)
     else:
-        weight = half_space_model(indenter, model).force(along) ** 2
+        weight = half_space_model(indenter, model)(along) ** 2
         laws, limits = _by_force(replaced(medium, None, {_TOP: reported})[0], indenter, along, model, method)
     if over == "depth":
         weight = np.append(np.zeros(_POINTS - 1), 1.0)
@@ -245,7 +245,7 @@ def _by_force(
     medium: Medium, indenter: Indenter, along: Array, model: str | None, method: FitMethod
 ) -> tuple[_Laws, _Limits]:
     """Plane-strain moduli of the half-space with the same force at each depth, and limits of the exact contact."""
-    unit = half_space_model(indenter, model).force(along)
+    unit = half_space_model(indenter, model)(along)
     exact = ForwardModel(medium, indenter, (_TOP,), method)
     laws: _Laws = {_EXACT: (lambda young: exact.force(along, {_TOP: young}) / unit, "")}
     for law in formulas(medium, indenter):

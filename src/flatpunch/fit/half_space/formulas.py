@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -29,49 +28,31 @@ if TYPE_CHECKING:
 
 WITHIN = (0.01, 0.05, 0.10)
 """Errors for which the range of a formula is given."""
+Force = Callable[[Array], Array]
+"""Force [N] at depths [m] on a half-space with E* = 1 Pa."""
 Equivalent = Callable[[Array, float], Array]
 
 OLIVER_PHARR = "oliver-pharr"
 """Name of the evaluation by stiffness and contact area, which goes with every tip."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reported:
-    """Half-space model of the software: F = factor E* d^exponent.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    factor : float
-        [m^(2 - exponent)].
-    exponent : float
-    """
-
-    name: str
-    factor: float
-    exponent: float
-
-    def force(self, depth: Array) -> Array:
-        """Force for E* = 1 Pa."""
-        return np.asarray(self.factor * depth**self.exponent)
-
-
-def half_space_models(indenter: Indenter) -> dict[str, Reported]:
+def half_space_models(indenter: Indenter) -> dict[str, Force]:
     """The half-space formulas in use for a tip by their names, the usual one first; none for most tips."""
     if isinstance(indenter, (Sphere, Paraboloid)):
-        return {"hertz": Reported("hertz", 4 / 3 * math.sqrt(indenter.radius), 1.5)}
+        return {"hertz": lambda d: 4 / 3 * math.sqrt(indenter.radius) * d**1.5}
     if isinstance(indenter, Cylinder):
-        return {"flat": Reported("flat", 2 * indenter.radius, 1.0)}
+        return {"flat": lambda d: 2 * indenter.radius * d}
     if isinstance(indenter, Cone):
-        factors = {"sneddon": 2 / math.pi}
-    else:
-        four = isinstance(indenter, Pyramid) and indenter.sides == 4
-        factors = {"bilodeau": 0.7453, "rico": 1 / math.sqrt(2)} if four else {}
-    return {name: Reported(name, factor * _slope(indenter), 2.0) for name, factor in factors.items()}
+        return {"sneddon": lambda d: 2 / math.pi * _slope(indenter) * d**2}
+    if isinstance(indenter, Pyramid) and indenter.sides == 4:
+        return {
+            "bilodeau": lambda d: 0.7453 * _slope(indenter) * d**2,
+            "rico": lambda d: _slope(indenter) / math.sqrt(2) * d**2,
+        }
+    return {}
 
 
-def half_space_model(indenter: Indenter, name: str | None = None) -> Reported:
+def half_space_model(indenter: Indenter, name: str | None = None) -> Force:
     """One of the half-space formulas for a tip, the first that fits it if no name is given.
 
     Names are "hertz", "sneddon", "flat", and for pyramids "bilodeau" (0.7453 E* tan(alpha) d^2, alpha the face's half opening
@@ -83,8 +64,7 @@ def half_space_model(indenter: Indenter, name: str | None = None) -> Reported:
             f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
             "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
         )
-    if name is None:
-        return next(iter(found.values()))
+    name = next(iter(found)) if name is None else name
     return found[one_of("model", name, found, wrong=f"does not belong to a {type(indenter).__name__}")]
 
 
@@ -146,7 +126,7 @@ def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
         """A factor on the half-space force."""
         rigid = "" if isinstance(base, RigidBase) else "for a rigid base"
         remark = "; ".join(filter(None, (*made_for, rigid)))
-        found.append(Formula(name, lambda d, young: young * star * tip.force(d) * of(d), remark))
+        found.append(Formula(name, lambda d, young: young * star * tip(d) * of(d), remark))
 
     half = "" if nu == 0.5 else "for nu = 0.5"
     if ball:
@@ -160,7 +140,7 @@ def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
         thin = "for bonded incompressible layers much thinner than the contact"
         found.append(Formula("Chadwick", lambda d, young: published.chadwick(radius, d, young, h), thin))
     if pyramid:
-        ours = published.PYRAMID_FORCE[4] * _slope(indenter) / tip.factor
+        ours = published.PYRAMID_FORCE[4] * _slope(indenter) / float(tip(np.ones(1))[0])
         add("flatpunch", lambda d: ours * published.pyramid(x(d), 4, bonded), "of this project", half)
     if isinstance(base, HalfSpace):
         narrow = 2 / math.pi if shape == "cone" else 1.0
@@ -168,22 +148,17 @@ def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
         if ball:
             substrate = base.surface_modulus
             laws["Clifford"] = lambda a, film: published.clifford(a, film, nu, substrate, base.poisson)
-        found += [
-            Formula(name, partial(_over_half_space, tip, law, lambda d: narrow * x(d), star), MADE_FOR.get(name, ""))
-            for name, law in laws.items()
-        ]
+        for name, law in laws.items():
+
+            def force(d: Array, young: float, law: Equivalent = law) -> Array:
+                return tip(d) * law(narrow * x(d), young * star)
+
+            found.append(Formula(name, force, MADE_FOR.get(name, "")))
     return found
 
 
 MADE_FOR = {"Gao": "for bodies of similar stiffness", "Perriot-Barthel": "for moduli that differ by up to 100 times"}
 """Films and substrates for which formulas were made."""
-
-
-def _over_half_space(
-    tip: Reported, law: Equivalent, x: Callable[[Array], Array], star: float, depth: Array, young: float
-) -> Array:
-    """Half-space force at the equivalent modulus [N]."""
-    return tip.force(depth) * law(x(depth), young * star)
 
 
 def equivalents(film: Medium) -> dict[str, Equivalent]:
@@ -255,11 +230,10 @@ def compare_formulas(
     import xarray as xr
 
     medium, top = layer_on_top(medium)
-    half_space_model(indenter)
     star = 1 / (1 - top.poisson**2)
     laws = [
-        Formula(model.name.capitalize(), lambda d, young, model=model: young * star * model.force(d), "no correction")  # type: ignore[misc]
-        for model in half_space_models(indenter).values()
+        Formula(name.capitalize(), lambda d, young, model=model: young * star * model(d), "no correction")  # type: ignore[misc]
+        for name, model in half_space_models(indenter).items()
     ]
     laws += _of_one_layer(medium, indenter)
     given = {"depth": depth, "force": force, "radius": radius}
