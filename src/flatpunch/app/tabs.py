@@ -92,7 +92,7 @@ from flatpunch.fit.case import read_fit_case
 
 case = read_fit_case("{stem}.toml")
 found = fp.correct(medium=case.medium, indenter=case.indenter, method=case.settings.method, **case.correct)
-print(found.summary())
+print(found)
 """,
         ),
         Tab(
