@@ -6,8 +6,7 @@ from typer.testing import CliRunner
 
 import flatpunch as fp
 from flatpunch.cli.app import app
-from flatpunch.fit.half_space.comparison import compare_case, comparison_rows
-from flatpunch.fit.half_space.formulas import formulas
+from flatpunch.fit.half_space.formulas import compare_case, comparison_table, formulas
 
 H = 1e-6
 GEL = fp.Medium([fp.Layer(5e3, 0.5, H)], base=fp.RigidBase())
@@ -77,7 +76,7 @@ def test_range_ends_before_the_first_depth_beyond_the_limit():
             assert np.all(inside <= limit)
             beyond = np.abs(deviation(found, name)[depth > end])
             assert not beyond.size or beyond[0] > limit
-    assert len(comparison_rows(found)) == found.sizes["formula"]
+    assert len(comparison_table(found).rows) == found.sizes["formula"]
 
 
 def test_no_load_says_nothing_about_a_formula():

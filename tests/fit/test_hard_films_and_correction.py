@@ -1,5 +1,7 @@
 """Films from their contact stiffness; the correction of reported half-space moduli."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -60,7 +62,7 @@ def test_published_formulas_beside_it():
     # nu differs between film and substrate by 0.05, contrast 1.2: second order, a few per cent
     assert result.others["Gao"][0] == pytest.approx(84e9, rel=0.05)
     assert result.misfit < 1e-6 < min(m for _, m in result.others.values())
-    assert "One-tenth rule" in result.summary()
+    assert "One-tenth rule" in str(result)
 
 
 def test_formulas_that_determine_nothing_are_said_and_not_drawn():
@@ -71,7 +73,7 @@ def test_formulas_that_determine_nothing_are_said_and_not_drawn():
     seen = drifting.stiffness * (1 + 0.5 * np.exp(-drifting.depth / 5e-8))
     result = fit_film(Curve(drifting.depth, drifting.force, stiffness=seen), Medium([Layer(60e9, 0.2, T)], body), TIP)
     assert np.isnan(result.others["King"][0])
-    assert "King               not determined" in result.summary()
+    assert re.search(r"King +not determined +misfit", str(result))
     axes = plot_fit(result)
     assert axes.get_ylim()[1] < 300
     assert not any("King" in text for text in axes.get_legend_handles_labels()[1])
@@ -136,7 +138,7 @@ def test_true_modulus_reports_what_was_put_in(tip, over):
     force = indent(Medium([Layer(found.young, 0.45, H)], base), tip, depth=depth, method=method, angles=8)[
         "force"
     ].values
-    formula = half_space_model(tip).force(depth)
+    formula = half_space_model(tip)(depth)
     reported = (force @ formula) / (formula @ formula) * (1 - 0.45**2)
     # the tables' 1e-6 of the force
     assert reported == pytest.approx(8e3, rel=5e-6)

@@ -10,8 +10,8 @@ from typer.testing import CliRunner
 from flatpunch.cli.app import app
 from flatpunch.fit import Curve, CurveError, Tip, fit_film, read_curve, unloading, unloadings
 from flatpunch.fit.films.film import normalised_stiffness
-from flatpunch.fit.films.measured import film_curves
 from flatpunch.fit.films.oliver_pharr import DIAMOND
+from flatpunch.fit.films.unloading import film_curves
 from flatpunch.fit.measured.cycles import load_cycles
 from flatpunch.media import HalfSpace, Layer, Medium
 
@@ -164,15 +164,51 @@ def test_a_plastic_cycle_is_sent_to_the_command_for_films(tmp_path):
     assert "1 unloading found" in done.output
 
 
+def _record(force, depth=None):
+    return Curve(np.asarray(force) if depth is None else depth, np.asarray(force))
+
+
 def test_cycles_are_found_whatever_their_loads():
     rng = np.random.default_rng(0)
     force = np.concatenate(
         [np.append(np.linspace(0, p, 200), np.linspace(p, 0.2 * p, 100)) for p in (0.01, 0.1, 1, 10)]
     )
-    found = load_cycles(force * (1 + 0.002 * rng.normal(size=force.size)))
+    found = load_cycles(_record(force * (1 + 0.002 * rng.normal(size=force.size)), force))
     assert [peak for _, peak, _ in found] == pytest.approx([199, 499, 799, 1099], abs=6)
-    assert load_cycles(np.linspace(0, 1, 500)) == []
-    assert len(load_cycles(np.append(np.linspace(0, 1, 500), np.linspace(1, 0, 300)))) == 1
+    assert load_cycles(_record(np.linspace(0, 1, 500))) == []
+    assert len(load_cycles(_record(np.append(np.linspace(0, 1, 500), np.linspace(1, 0, 300))))) == 1
+
+
+def _in_air(seed):
+    """Drift of the force before the contact while the tip advances to the surface: depth [m], force [N], both random."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(100, 600))
+    wave = np.sin(np.linspace(0, rng.uniform(4, 20), count) + rng.uniform(0, 6))
+    return np.linspace(-rng.uniform(10e-9, 100e-9), 0, count), 1e-3 * rng.uniform(0.5e-3, 20e-3) * (wave - 0.5)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_drift_in_air_is_no_cycle(seed):
+    """Drift of .05 to 2 % of the load: one cycle, that begins near the surface; its unloading is that without drift."""
+    cycle = _cycle(300e-9, 1e-3, 4e4, noise=1e-4, seed=seed)
+    depth, force = _in_air(seed)
+    whole = Curve(np.append(depth, cycle.depth), np.append(force, cycle.force))
+    ((begin, peak, _),) = load_cycles(whole)
+    # 2 % of a load that grows like h^2 is reached in a seventh of the 300 readings of loading
+    assert depth.size - 30 < begin < depth.size + 60
+    assert depth.size + 280 < peak < depth.size + 355
+    assert unloading(whole).stiffness == pytest.approx(unloading(cycle).stiffness, rel=1e-9)
+
+
+def test_a_pop_in_and_a_withdrawal_are_no_cycles():
+    """The force falls while the tip advances; and it waves by a tenth of the adhesion while the tip withdraws in air."""
+    rise = np.linspace(0, 1, 400)
+    force = np.concatenate([rise, np.linspace(0.97, 0.5, 5), np.linspace(0.5, 1.4, 400)])
+    assert load_cycles(Curve(np.linspace(0, 1e-7, force.size), force)) == []
+    back = np.concatenate([rise[::-1], np.linspace(0, -0.3, 60), np.linspace(-0.3, 0, 10)])
+    air = 0.03 * np.sin(np.linspace(0, 20, 500))
+    depth = np.concatenate([rise, np.linspace(1, -0.2, back.size), np.linspace(-0.2, -2, 500)])
+    assert len(load_cycles(Curve(1e-7 * depth, np.concatenate([rise, back, air])))) == 1
 
 
 @pytest.mark.parametrize("left", [0.0, 0.3, 0.6])
@@ -258,3 +294,41 @@ def test_odd_exponents_are_noted(exponent, words):
         assert words in notes[0]
         points = unloadings(_cycle(h, 5e-3 * h / 4e-7, 1e5, exponent, noise=1e-4) for h in np.linspace(2e-7, 4e-7, 6))
         assert "So are 5 more of 6 unloadings" in points.meta["notes"][0]
+
+
+@pytest.mark.parametrize("bad", ["loading", "held", "empty", "words", "short"])
+def test_a_bad_test_of_a_folder_costs_one_test_and_is_named(tmp_path, bad):
+    """Whole tests with drift in air, each in its file, and one that cannot be evaluated: the others count, it is named."""
+    texts = {}
+    for i, cycle in enumerate(CYCLES[:6]):
+        depth, force = _in_air(i)
+        whole = Curve(np.append(depth, cycle.depth), np.append(force, cycle.force))
+        texts[f"test_{i}.csv"] = _text([np.column_stack([whole.depth, whole.force])])
+    rows = np.column_stack([CYCLES[7].depth, CYCLES[7].force])
+    # taken back to 96 % of the load in its noise, and what is no test at all
+    held = np.concatenate([rows[:350], rows[350:358]])
+    texts["test_bad.csv"] = {
+        "loading": _text([rows[:300]]),
+        "held": _text([held]),
+        "empty": "",
+        "words": "no numbers\n",
+        "short": _text([rows[:5]]),
+    }[bad]
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    (points,) = film_curves(tmp_path, {})
+    assert points.depth.size == 6
+    assert [note for note in points.meta["notes"] if "test_bad" in note and note.startswith("Left out")]
+    with pytest.raises(CurveError) as error:
+        unloadings([Curve(*rows.T, name="one.csv")])
+    assert "1 unloading found" in str(error.value)
+    assert "0 <" not in str(error.value)
+
+
+def test_a_load_that_is_hardly_taken_back_is_named():
+    """The end of the fitted part would be above its beginning: the test is named, and no argument of the function."""
+    up = np.linspace(0, 1, 300)
+    force = np.concatenate([up, np.linspace(1, 0.85, 60)])
+    depth = np.concatenate([up, np.linspace(1, 0.95, 60)])
+    with pytest.raises(CurveError, match=r"odd: the force falls to 8.% of its largest value only"):
+        unloadings([Curve(1e-7 * depth, force, name="odd")] * 2, upper=0.85)

@@ -20,7 +20,7 @@ test = fp.read_curve(shipped / "hard_film.csv")
 tip = Tip.from_coefficients([24.5, 180.0])  # nm^2 over nm: a tip of about 30 nm radius
 film = fp.Medium([fp.Layer(young=300e9, poisson=0.25, thickness=1e-6)], base=fp.HalfSpace(young=210e9, poisson=0.3))
 result = fit_film(test, film, tip)
-print(result.summary())
+print(result)
 
 # %%
 # Half-space formulas for the same points give the modulus of film and steel together, which falls with depth. At a tenth of the

@@ -20,7 +20,7 @@ NU = 0.3
 FORMULAS = {
     "Gao et al. 1992": lambda y, ratio: published.gao(1 / y, ratio, 1.0, NU),
     "Perriot & Barthel 2004": lambda y, ratio: published.perriot_barthel(1 / y, ratio, 1.0),
-    "Bec et al. 2006": lambda y, ratio: published.bec(1 / y, ratio, 1.0, 1.0),
+    "Bec et al. 2006": lambda y, ratio: published.bec(1 / y, ratio, 1.0),
 }
 
 

@@ -92,7 +92,7 @@ from flatpunch.fit.case import read_fit_case
 
 case = read_fit_case("{stem}.toml")
 found = fp.correct(medium=case.medium, indenter=case.indenter, method=case.settings.method, **case.correct)
-print(found.summary())
+print(found)
 """,
         ),
         Tab(
@@ -124,7 +124,7 @@ print(study["critical_force"].isel(step=0))
             "compare:compare_file",
             """\
 import flatpunch as fp
-from flatpunch.fit.half_space.comparison import compare_case
+from flatpunch.fit.half_space.formulas import compare_case
 
 found = compare_case(fp.read_case("{stem}.toml"))
 fp.save(found, "{stem}.nc")

@@ -329,7 +329,7 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
 def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.fit.case import read_fit_case
     from flatpunch.fit.films.film import fit_film
-    from flatpunch.fit.films.measured import film_curves, film_tip
+    from flatpunch.fit.films.unloading import film_curves, film_tip
     from flatpunch.fit.measured.curve import CurveError
 
     loaded = read_fit_case(case)
@@ -357,7 +357,7 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
             continue
         for line in curve.meta.get("read", ()):
             say(f"Read {line}")
-        say(f"{curve.name}: {result.summary()}")
+        say(str(result))
         stem = "" if len(curves) == 1 else f"-{number + 1}"
         targets = [None if path is None else path.with_stem(path.stem + stem) for path in (plot, output)]
         picture = drawn("fit.pictures:film_figure", result, style=style)

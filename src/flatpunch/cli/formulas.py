@@ -87,7 +87,7 @@ def _correct(case: Path, given: Plain, output: Path | None, plot: Path | None, s
             raise ValueError(f"--{name} is missing; give it, or a table [correct] in {case} with reported and depth.")
     arguments = {**loaded.correct, **given}
     found = correct(medium=loaded.medium, indenter=loaded.indenter, method=loaded.settings.method, **arguments)
-    say(found.summary())
+    say(str(found))
 
     picture = drawn("fit.half_space.pictures:correction_figure", found, title=loaded.title, style=style)
     _write(output, plot, found.dataset, found.to_csv, picture)
@@ -95,21 +95,14 @@ def _correct(case: Path, given: Plain, output: Path | None, plot: Path | None, s
 
 def _compare(case: Path, output: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.files import read_case
-    from flatpunch.fit.half_space.comparison import (
-        compare_case,
-        comparison_columns,
-        comparison_csv,
-        comparison_rows,
-    )
+    from flatpunch.fit.half_space.formulas import compare_case, comparison_csv, comparison_table
 
     loaded = read_case(case)
     found = compare_case(loaded)
-    columns = comparison_columns(found)
-    left = [i for i in range(len(columns)) if not 0 < i < 5]
-    say_table(
-        loaded.title or "Formulas", columns, comparison_rows(found), f"exact force: {found.attrs['method']}", left=left
-    )
-    for line in found.attrs["notes"].splitlines():
+    table = comparison_table(found)
+    left = [i for i in range(len(table.header)) if not 0 < i < 5]
+    say_table(loaded.title or "Formulas", table.header, table.rows, table.title, left=left)
+    for line in table.notes:
         say(f"Note: {line}")
 
     picture = drawn("fit.half_space.pictures:comparison_figure", found, title=loaded.title, style=style)

@@ -3,11 +3,10 @@ from .case import FitCase, read_fit_case
 from .elastic.model import ForwardModel
 from .films.film import FilmResult, fit_film, tenth_rule
 from .films.oliver_pharr import Tip, oliver_pharr
-from .films.unloading import Unloading, unloading, unloadings
-from .films.workbook import read_nanoindentation, tip_in_workbook
+from .films.unloading import Unloading, read_nanoindentation, tip_in_workbook, unloading, unloadings
 from .fitting import fit, fit_ranges
-from .half_space.comparison import compare_formulas
 from .half_space.correction import Correction, correct
+from .half_space.formulas import compare_formulas
 from .measured.curve import Curve, CurveError
 from .measured.files.readers import read_curve
 from .parameters.priors import LogNormal, Normal, Uniform

@@ -21,9 +21,17 @@ from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.tables.fields import validated
 from flatpunch.files.tables.media import body
 from flatpunch.fit.adhesion.model import adhesive_method
-from flatpunch.fit.cases.knowledge import PlanTable, PosteriorTable, priors_of
-from flatpunch.fit.cases.tables import CorrectTable, CurveTable, FilmTable, FitTable, OneCurveTable
-from flatpunch.fit.cases.values import split
+from flatpunch.fit.cases import (
+    CorrectTable,
+    CurveTable,
+    FilmTable,
+    FitTable,
+    OneCurveTable,
+    PlanTable,
+    PosteriorTable,
+    prior_of,
+    split,
+)
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.fitting import fit_ranges
 from flatpunch.fit.half_space.formulas import layer_on_top
@@ -159,7 +167,7 @@ class FitCaseTable(ContactTable):
             self.film.built if self.film else {},
             tuple(curve.built for curve in self.curves),
             correct=self.correct.built if self.correct else {},
-            priors=priors_of(self.priors),
+            priors={name: prior_of(name, table) for name, table in self.priors.items()},
             posterior=self.posterior.built if self.posterior else {},
             plan=self.plan.built if self.plan else {},
         )

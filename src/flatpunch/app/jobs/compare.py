@@ -14,12 +14,7 @@ from flatpunch.app.plain import case_of, short
 from flatpunch.app.problems import explained
 from flatpunch.app.saved import file_bytes
 from flatpunch.files import describe
-from flatpunch.fit.half_space.comparison import (
-    compare_case,
-    comparison_columns,
-    comparison_csv,
-    comparison_rows,
-)
+from flatpunch.fit.half_space.formulas import compare_case, comparison_csv, comparison_table
 
 
 def compare(fields: Mapping[str, str], run: bool) -> Plain:
@@ -32,18 +27,18 @@ def compare(fields: Mapping[str, str], run: bool) -> Plain:
         found = compare_case(case)
     except Exception as error:
         return explained(error, fields)
-    forces = found["formula_force"].values
+    forces, table = found["formula_force"].values, comparison_table(found)
     return {
         "about": about,
-        "columns": comparison_columns(found),
-        "rows": comparison_rows(found),
+        "columns": table.header,
+        "rows": table.rows,
         "names": [str(name) for name in found["formula"].values],
         "depth": short(found["depth"].values),
         "factor": short(found["factor"].values),
         "factors": short(forces / forces[0]),
         "deviation": short(found["deviation"].values),
         "method": str(found.attrs["method"]),
-        "notes": found.attrs["notes"].splitlines(),
+        "notes": list(table.notes),
         "kept": pickle.dumps(found),
         "largest": short(np.nanmax(found["factor"].values)),
     }

@@ -18,7 +18,7 @@ from flatpunch.fit.half_space.correction import Correction, correct
 from flatpunch.fit.models import forget_models
 from flatpunch.fit.report.quantities import quantity
 
-COLUMNS = ("formula", "modulus of the layer", "deviation from exact", "remark")
+COLUMNS = ("formula", "modulus of the layer", "deviation from exact; remark")
 
 
 def correct_modulus(fields: Mapping[str, str], run: bool) -> Plain:
@@ -37,11 +37,9 @@ def correct_modulus(fields: Mapping[str, str], run: bool) -> Plain:
 
 def shown(found: Correction) -> Plain:
     """Return what the page shows of a correction."""
-    rows = []
-    for name, young, remark in found.rows():
-        there = math.isfinite(young)
-        off = f"{100 * (young / found.young - 1):+.3g} %" if there else "–"
-        rows.append([name, quantity(young, "Pa") if there else "–", "" if name == "exact" else off, remark])
+    rows = [
+        [row.name, quantity(row.value, "Pa") if math.isfinite(row.value) else "–", row.note] for row in found.rows()
+    ]
     return {
         "young": found.young,
         "reported": found.reported,
@@ -51,7 +49,7 @@ def shown(found: Correction) -> Plain:
         "rows": rows,
         "depth": plain(found.depth),
         "apparent": plain(found.apparent),
-        "summary": found.summary(),
+        "summary": str(found),
         "notes": list(found.notes),
     }
 

@@ -25,7 +25,7 @@ from flatpunch.files.summary import spread
 from flatpunch.files.tables.fields import validated
 from flatpunch.fit.batch import Batch, fit_rows
 from flatpunch.fit.case import DRIFTING, FitCase, drift, fit_case_from
-from flatpunch.fit.cases.tables import CurveTable
+from flatpunch.fit.cases import CurveTable
 from flatpunch.fit.describe import describe_fit
 from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns

@@ -10,9 +10,9 @@ series. The film's modulus, and whatever else is free, is fitted over all depths
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import TypeGuard
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
@@ -20,34 +20,26 @@ from scipy.special import ndtri
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
-from flatpunch.fit.films.formulas import by_formulas, differentiated
-from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, oliver_pharr
-from flatpunch.fit.half_space.contact_area import punch_modulus
-from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
+from flatpunch._support.rows import Row, csv_of_rows, table_of_rows
+from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, analysed, oliver_pharr
+from flatpunch.fit.films.unloading import least_squares_fit
+from flatpunch.fit.half_space import published
+from flatpunch.fit.half_space.correction import punch_modulus
+from flatpunch.fit.half_space.formulas import equivalents, layer_on_top
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
-from flatpunch.fit.parameters.scaling import MODULI, external, internal, replaced, slope, value_of
+from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.estimate import Estimate
-from flatpunch.fit.report.quantities import label, quantity
-from flatpunch.media import AnyLayer, Body, GradedLayer, HalfSpace, Layer, Medium
+from flatpunch.fit.report.quantities import label, unit_of
+from flatpunch.media import Body, GradedLayer, HalfSpace, Layer, Medium
 
-_FRAME = "frame"
-
-
-def _unit(name: str) -> str:
-    """SI unit of a fitted value of a film."""
-    return "m/N" if name == _FRAME else "Pa" if name.endswith(MODULI) else "m" if name.endswith("thickness") else ""
-
-
-def _label(name: str) -> str:
-    """A fitted value in the words of the field."""
-    return "frame compliance" if name == _FRAME else label(name)
-
-
-def _modulus(young: float) -> str:
-    """Modulus by a published formula, in words."""
-    return quantity(young, "Pa") if np.isfinite(young) else "not determined"
+_FRAME, _UNIT = "frame", 1e-9
+"""Compliance of the load frame, and the unit in which it is fitted [m/N]."""
+_WIDE = 14.0
+"""Largest change of the logarithm of a parameter; also of the frame in millions of its unit."""
+_DRIFTS = 0.5
+"""Correlation of neighbouring residuals above which they are no scatter."""
 
 
 @readable
@@ -73,6 +65,8 @@ class FilmResult:
     rule : TenthRule or None
         What the one-tenth rule is worth for this film.
     notes : tuple of str
+    name : str
+        Of the test.
 
     See Also
     --------
@@ -101,6 +95,7 @@ class FilmResult:
     misfit: float
     rule: TenthRule | None
     notes: tuple[str, ...] = ()
+    name: str = "film"
 
     def __getitem__(self, name: str) -> float:
         """Best value, SI."""
@@ -108,35 +103,30 @@ class FilmResult:
 
     def _line_(self) -> str:
         """The fitted values."""
-        found = ", ".join(f"{name}={quantity(e.value, _unit(name))}" for name, e in self.estimates.items())
+        found = ", ".join(f"{name}={text(e.value, _unit(name))}" for name, e in self.estimates.items())
         return f"FilmResult({found}, {self.points.depth.size} points, misfit {self.misfit:.2%})"
 
-    def _table_(self) -> Table:
-        """A row for each fitted value, and for what published formulas give from the same points."""
-        rows = [
-            (
-                _label(name),
-                quantity(e.value, _unit(name)),
-                f"{quantity(e.low, _unit(name))} .. {quantity(e.high, _unit(name))}",
-            )
+    def rows(self) -> list[Row]:
+        """The fitted values with their intervals, and what published formulas give from the same points."""
+        fitted = [
+            Row("frame compliance" if name == _FRAME else label(name), e.value, e.low, e.high, _unit(name))
             for name, e in self.estimates.items()
         ]
-        rows += [(f"by {name}", _modulus(v), f"misfit {m:.2%}") for name, (v, m) in self.others.items()]
-        notes = (*self.notes, *([str(self.rule)] if self.rule is not None else []))
-        title = f"Film: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
-        return Table(title, ("", "value", "95 % interval"), tuple(rows), notes)
+        return fitted + [Row(n, young, unit="Pa", note=f"misfit {m:.2%}") for n, (young, m) in self.others.items()]
 
-    def summary(self) -> str:
-        """The result in words."""
-        lines = [f"{self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"]
-        for name, e in self.estimates.items():
-            unit = _unit(name)
-            value, low, high = (quantity(v, unit) for v in (e.value, e.low, e.high))
-            lines.append(f"  {_label(name):<18} {value:>14}   95 % in {low} .. {high}")
-        lines += [f"  {name:<18} {_modulus(v):>14}   misfit {m:.2%}" for name, (v, m) in self.others.items()]
-        if self.rule is not None:
-            lines.append(f"  {self.rule}")
-        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+    def to_csv(self) -> str:
+        """Return the rows as CSV."""
+        return csv_of_rows(self.rows())
+
+    def _table_(self) -> Table:
+        """The rows; the one-tenth rule and the notes below them."""
+        title = f"{self.name}: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
+        return table_of_rows(title, self.rows(), notes=(*([str(self.rule)] if self.rule else []), *self.notes))
+
+
+def _unit(name: str) -> str:
+    """SI unit of a fitted value."""
+    return "m/N" if name == _FRAME else unit_of(name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,10 +147,10 @@ class TenthRule:
     tolerance: float = 0.05
 
     def __str__(self) -> str:
-        where = f"at {self.depth:.3f}" if np.isfinite(self.depth) else "nowhere within the film"
+        where = f"at {self.depth:.3f} of the thickness" if np.isfinite(self.depth) else "nowhere within the film"
         return (
-            f"One-tenth rule: at h_c = t/10 the apparent modulus is off by {self.error:+.1%}; "
-            f"{self.tolerance:.0%} is reached {where}{' of the thickness' if np.isfinite(self.depth) else ''}."
+            f"One-tenth rule: at h_c = t/10 the apparent modulus is off by {self.error:+.1%}; {self.tolerance:.0%} is reached "
+            f"{where}."
         )
 
 
@@ -202,46 +192,9 @@ def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
     share, area = share[area > 0], area[area > 0]
     error = normalised_stiffness(medium, np.sqrt(area / np.pi)) - 1
     beyond = np.flatnonzero(np.abs(error) > tolerance)
-    depth = (
-        float(np.interp(tolerance, np.abs(error[: beyond[0] + 1]), share[: beyond[0] + 1]))
-        if beyond.size
-        else float("nan")
-    )
+    end = beyond[0] + 1 if beyond.size else 0
+    depth = float(np.interp(tolerance, np.abs(error[:end]), share[:end])) if end else float("nan")
     return TenthRule(float(np.interp(0.1, share, error)), depth, tolerance)
-
-
-@dataclass(frozen=True, eq=False)
-class _Stiffness:
-    """Residuals ln(model/measured) of the stiffness over the free parameters."""
-
-    curve: Curve
-    tip: Tip
-    medium: Body
-    names: tuple[str, ...]
-    span: tuple[float, float]
-    frame: float
-
-    def case(self, x: Array) -> tuple[Body, float]:
-        values = {name: external(name, v) for name, v in zip(self.names, x, strict=True) if name != _FRAME}
-        frame = self.frame + (x[self.names.index(_FRAME)] * _UNIT if _FRAME in self.names else 0.0)
-        return replaced(self.medium, None, values)[0], float(frame)
-
-    def points(self, frame: float) -> OliverPharr:
-        """Points within the range of depths, whatever the frame."""
-        found = oliver_pharr(self.curve, self.tip, max(frame, 0.0))
-        inside = (found.depth >= self.span[0]) & (found.depth <= self.span[1])
-        return replace(found, **{name: getattr(found, name)[inside] for name in found.__dataclass_fields__})
-
-    def residual(self, x: Array) -> Array:
-        medium, frame = self.case(x)
-        points = self.points(frame)
-        modulus = medium.surface_modulus * normalised_stiffness(medium, points.radius)
-        reduced = 1 / (1 / modulus + 1 / self.tip.material.surface_modulus)
-        return np.asarray(np.log(2 * self.tip.beta * points.radius * reduced / points.stiffness))
-
-
-_UNIT = 1e-9
-"""Frame compliance is fitted in nm/N."""
 
 
 def fit_film(
@@ -303,73 +256,95 @@ def fit_film(
     """
     top = "base.young" if not isinstance(sample, Medium) or not sample.layers else "layers[0].young"
     names = tuple(free) if free is not None else (top,)
-    problem = _Stiffness(curve, tip, sample, names, depths, frame)
-    count = problem.points(frame).depth.size
-    if count < len(names) + 3:
+    oliver_pharr(curve, tip, frame)
+    inside = (curve.depth >= depths[0]) & (curve.depth <= depths[1])
+
+    def points(frame: float) -> OliverPharr:
+        return analysed(curve, tip, max(frame, 0.0)).taken(inside)
+
+    def outside(name: str, x: float) -> float:
+        return frame + _UNIT * x if name == _FRAME else external(name, x)
+
+    def described(x: Array) -> tuple[Body, OliverPharr]:
+        found = {name: outside(name, float(v)) for name, v in zip(names, x, strict=True)}
+        here = points(found.pop(_FRAME, frame))
+        return replaced(sample, None, found)[0], here
+
+    def residual(x: Array) -> Array:
+        medium, here = described(x)
+        # a frame may leave no contact at some points, whose residuals are zero
+        radius = np.nan_to_num(here.radius, nan=float(np.nanmax(here.radius)))
+        return misfit_of(here, tip, punch_modulus(medium, radius))
+
+    if (count := int(np.isfinite(points(frame).radius).sum())) < len(names) + 3:
         raise CurveError(
             f"{curve.name}: {count} points with a stiffness between {text(float(depths[0]), 'm')} and "
-            f"{text(float(depths[1]), 'm')}."
+            f"{text(float(depths[1]), 'm')}; {len(names) + 3} are needed. Widen the range of depths, or fit fewer values."
         )
-    found, spread = _minimum(problem)
-    medium, used_frame = problem.case(found.x)
-    points = problem.points(used_frame)
-    misfit = float(np.sqrt(np.mean(found.residual**2)))
-    notes = list(curve.meta.get("notes", ()))
-    if isinstance(sample, Medium) and points.contact_depth.max() > medium.length:
-        notes.append(
-            f"{int((points.contact_depth > medium.length).sum())} points are deeper than the film is thick; the tip has gone "
-            "through. Limit the depths."
+    start = np.array([0.0 if n == _FRAME else internal(n, value_of(sample, None, n)) for n in names])
+    wide = np.array([_WIDE * (1e6 if n == _FRAME else 1.0) for n in names])
+    upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(names, start + wide, strict=True)])
+    found = least_squares_fit(residual, start, (start - wide, upper), count)
+    medium, here = described(found.x)
+    here = here.taken(np.isfinite(here.radius))
+    reach, estimates = float(ndtri((1 + Settings().level) / 2)), {}
+    for name, x, error in zip(names, found.x, np.sqrt(np.diag(found.covariance)), strict=True):
+        value = outside(name, x)
+        unit = _UNIT if name == _FRAME else abs(slope(name, value))
+        estimates[name] = Estimate(
+            value, unit * error, outside(name, x - reach * error), outside(name, x + reach * error)
         )
-    memory = memory_of(found.residual)
-    if memory > 0.5:
-        notes.append(
+    others: dict[str, tuple[float, float]] = {}
+    rule = None
+    # the rule and the published formulas are about one isotropic film on a half-space
+    if isinstance(medium, Medium) and len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
+        (film,) = medium.layers
+        if isinstance(film, Layer) or (isinstance(film, GradedLayer) and not film.anisotropic):
+            rule = tenth_rule(medium, tip)
+        if isinstance(film, Layer) and compare:
+            others = by_formulas(here, tip, medium)
+    model = punch_modulus(medium, here.radius)
+    notes = (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual))
+    return FilmResult(estimates, medium, here, model, others, found.misfit, rule, notes, curve.name)
+
+
+def _notes(sample: Body, points: OliverPharr, residual: Array) -> Iterable[str]:
+    """What users of a fitted film must know."""
+    if isinstance(sample, Medium) and (deep := int((points.contact_depth > sample.length).sum())):
+        yield f"{deep} points are deeper than the film is thick; the tip has gone through. Limit the depths."
+    if (memory := memory_of(residual)) > _DRIFTS:
+        yield (
             f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): frame compliance, area function or pile-up. "
             "The intervals are those of the scatter only."
         )
-    others = by_formulas(points, tip, medium) if _isotropic(medium) and compare else {}
-    rule = tenth_rule(medium, tip) if _isotropic(medium) else None
-    model = medium.surface_modulus * normalised_stiffness(medium, points.radius)
-    return FilmResult(_named(problem, found.x, spread), medium, points, model, others, misfit, rule, tuple(notes))
 
 
-def _isotropic(sample: Body) -> TypeGuard[Medium]:
-    """Whether it is one isotropic film on a half-space, as the published formulas suppose."""
-    return (
-        isinstance(sample, Medium)
-        and len(sample.layers) == 1
-        and _isotropic_layer(sample.layers[0])
-        and isinstance(sample.base, HalfSpace)
-    )
+def misfit_of(points: OliverPharr, tip: Tip, modulus: Array) -> Array:
+    """Residuals ln(model/measured) of the stiffness for plane-strain moduli at the points; zero where there is no contact."""
+    return np.nan_to_num(np.log(tip.stiffness(points.radius, modulus) / points.stiffness))
 
 
-def _isotropic_layer(layer: AnyLayer) -> bool:
-    return not layer.anisotropic if isinstance(layer, GradedLayer) else isinstance(layer, Layer)
+def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tuple[float, float]]:
+    """Film modulus [Pa] and rms relative misfit of the stiffness by each formula; King's with its exponent fitted as well.
 
+    The search begins at the modulus of `fitted`. The modulus is nan where the points do not determine it: film and substrate
+    that hardly differ fit with any modulus if the exponent makes the film vanish.
+    """
+    base, t = fitted.base, fitted.length
+    assert isinstance(base, HalfSpace)
+    # films that the tip has gone through are thin, not absent
+    below = np.maximum(t - points.contact_depth, 1e-3 * t)
+    kings = {"King": points.radius / t, "Saha-Nix": points.radius / below}
+    laws = {name: partial(law, points.radius / t) for name, law in equivalents(fitted).items()}
+    laws |= {name: partial(published.king, x, substrate=base.surface_modulus) for name, x in kings.items()}
+    results = {}
+    for name, law in laws.items():
+        start = np.log([fitted.surface_modulus, *([1.0] if name in kings else [])])
 
-def _minimum(problem: _Stiffness) -> tuple[Minimum, Array]:
-    start = np.array([0.0 if n == _FRAME else internal(n, value_of(problem.medium, None, n)) for n in problem.names])
-    wide = np.array([1e6 if n == _FRAME else 14.0 for n in problem.names])
-    upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(problem.names, start + wide, strict=True)])
-    found = minimise(
-        differentiated(problem.residual),
-        start,
-        start - wide,
-        upper,
-        longest=2.0 if _FRAME not in problem.names else 1e4,
-    )
-    variance = found.cost / max(found.residual.size - start.size, 1)
-    return found, covariance(found.normal, ~found.at_bound, variance)[0]
+        def residual(x: Array, law: Callable[..., Array] = law) -> Array:
+            return misfit_of(points, tip, np.maximum(law(*np.exp(x)), 1.0))
 
-
-def _named(problem: _Stiffness, x: Array, spread: Array) -> dict[str, Estimate]:
-    estimates, reach = {}, float(ndtri((1 + Settings().level) / 2))
-    for j, name in enumerate(problem.names):
-        error = float(np.sqrt(spread[j, j]))
-        if name == _FRAME:
-            value, unit = problem.frame + _UNIT * float(x[j]), _UNIT
-            estimates[name] = Estimate(value, unit * error, value - reach * unit * error, value + reach * unit * error)
-            continue
-        value = external(name, float(x[j]))
-        low, high = (external(name, float(x[j]) + s * reach * error) for s in (-1, 1))
-        estimates[name] = Estimate(value, error * abs(slope(name, value)), low, high)
-    return estimates
+        found = least_squares_fit(residual, start, (start - 5, start + 5), points.radius.size)
+        star = float("nan") if found.at_bound.any() else float(np.exp(found.x[0]))
+        results[name] = (star * (1 - layer_on_top(fitted)[1].poisson ** 2), found.misfit)
+    return results

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import TINY, Array, non_negative, positive, shown, values
+from flatpunch._support.checks import TINY, Array, Flags, non_negative, positive, shown, values
 from flatpunch._support.readable import readable
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.media import HalfSpace
@@ -59,6 +59,14 @@ class Tip:
         object.__setattr__(self, "beta", positive("Tip.beta", self.beta, unit="1"))
         object.__setattr__(self, "epsilon", non_negative("Tip.epsilon", self.epsilon, unit="1"))
 
+    def stiffness(self, radius: Array, modulus: Array) -> Array:
+        """Stiffness of contacts of these radii on half-spaces of these plane-strain moduli, the tip's own in series [N/m]."""
+        return np.asarray(2 * self.beta * radius / (1 / modulus + 1 / self.material.surface_modulus))
+
+    def modulus(self, radius: Array, stiffness: Array) -> Array:
+        """Plane-strain modulus of half-spaces on which contacts of these radii have these stiffnesses [Pa]."""
+        return np.asarray(1 / (2 * self.beta * radius / stiffness - 1 / self.material.surface_modulus))
+
     @classmethod
     def from_coefficients(cls, coefficients: Any, unit: float = 1e-9, **rest: Any) -> Tip:
         """Tip with A = C0 h^2 + C1 h + C2 h^(1/2) + C3 h^(1/4) + ...
@@ -106,6 +114,10 @@ class OliverPharr:
     apparent: Array
     hardness: Array
 
+    def taken(self, chosen: Flags) -> OliverPharr:
+        """Some of the points."""
+        return OliverPharr(*(getattr(self, each.name)[chosen] for each in fields(self)))
+
 
 def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
     """Contact depth, radius, apparent modulus and hardness at every point with a stiffness.
@@ -147,17 +159,20 @@ def oliver_pharr(curve: Curve, tip: Tip, frame: float = 0.0) -> OliverPharr:
         raise CurveError(
             f"{curve.name}: no column of contact stiffness; hard films need it (continuous stiffness or unloading)."
         )
-    measured = curve.stiffness
-    good = np.isfinite(measured) & (measured > 0) & (curve.force > 0) & (curve.depth > 0)
-    h, force, measured = curve.depth[good], curve.force[good], measured[good]
-    stiffness = 1 / np.maximum(1 / measured - frame, TINY)
-    contact_depth = h - frame * force - tip.epsilon * force / stiffness
-    good = contact_depth > 0
-    h, force, stiffness, contact_depth = h[good], force[good], stiffness[good], contact_depth[good]
-    area = tip.area(contact_depth)
-    good = area > 0
-    h, force, stiffness, contact_depth, area = (v[good] for v in (h, force, stiffness, contact_depth, area))
-    radius = np.sqrt(area / np.pi)
-    reduced = stiffness / (2 * tip.beta * radius)
-    apparent = 1 / (1 / reduced - 1 / tip.material.surface_modulus)
-    return OliverPharr(h, contact_depth, radius, stiffness, apparent, force / area)
+    found = analysed(curve, tip, frame)
+    return found.taken(np.isfinite(found.radius))
+
+
+def analysed(curve: Curve, tip: Tip, frame: float) -> OliverPharr:
+    """Every point of a curve; nan where there is no stiffness, force or area."""
+    assert curve.stiffness is not None
+    h, force = curve.depth, curve.force
+    with np.errstate(invalid="ignore", divide="ignore"):
+        good = (curve.stiffness > 0) & np.isfinite(curve.stiffness) & (force > 0) & (h > 0)
+        stiffness = 1 / np.maximum(1 / np.where(good, curve.stiffness, np.nan) - frame, TINY)
+        contact_depth = h - frame * force - tip.epsilon * force / stiffness
+        good &= contact_depth > 0
+        area = np.full(h.size, np.nan)
+        area[good] = tip.area(contact_depth[good])
+        radius = np.sqrt(np.where(area > 0, area, np.nan) / np.pi)
+        return OliverPharr(h, contact_depth, radius, stiffness, tip.modulus(radius, stiffness), force / area)

@@ -1,17 +1,34 @@
-"""Contact stiffness from unloading: P = B (h - h_f)^m over the upper part of the unloading curve (Oliver and Pharr)."""
+"""Points of depth, force and stiffness from the files of nanoindenters: continuous stiffness, or the unloading of load cycles.
+
+After Oliver and Pharr the upper part of an unloading is P = B (h - h_f)^m, whose slope at the largest depth is the stiffness.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import least_squares
 
-from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.checks import Array, BadValue, Flags
 from flatpunch._support.readable import readable
-from flatpunch.fit.least_squares.minimum import covariance, minimise
+from flatpunch._support.reading import is_folder
+from flatpunch.fit.films.oliver_pharr import Tip
+from flatpunch.fit.least_squares.minimum import covariance
 from flatpunch.fit.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
+from flatpunch.fit.measured.files.excel import excel_sheets
+from flatpunch.fit.measured.files.readers import EXCEL, curves_in, read_curve
+from flatpunch.fit.places import files_in
+
+HELD = 0.98
+"""Share of the largest force above which it is held."""
+EXPONENTS = (0.8, 4.0)
+"""Exponents of unloadings that are tried; a flat end has 1, a cone 2."""
 
 
 @readable
@@ -89,16 +106,13 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     >>> print(f"{found.stiffness:.0f} N/m, exponent {found.exponent:.2f}")
     37500 N/m, exponent 1.50
     """
-    if not 0 < lower < upper <= 1:
-        raise BadValue("lower", repr(lower), f"and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
+    _check_part(lower, upper)
     top = float(curve.force.max())
     # during a hold the depth creeps on: unloading begins where it is largest
-    held = np.flatnonzero(curve.force >= 0.98 * top)
+    held = np.flatnonzero(curve.force >= HELD * top)
     begin = int(held[np.argmax(curve.depth[held])])
-    rest = curve.force[begin:]
-    below = np.flatnonzero(rest < lower * top)
-    end = begin + (int(below[0]) if below.size else rest.size)
-    h, p = curve.depth[begin:end], curve.force[begin:end]
+    below = np.flatnonzero(curve.force[begin:] < lower * top)
+    h, p = (column[begin:][: below[0] if below.size else None] for column in (curve.depth, curve.force))
     chosen = (p <= upper * top) & (p >= lower * top)
     if not below.size or chosen.sum() < FEWEST:
         raise CurveError(
@@ -106,38 +120,68 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
             f"{FEWEST} are needed, down to the lower one. Is the whole cycle in the file?"
         )
     depth, force = float(h[0]), float(p[0])
-    h, p = h[chosen], p[chosen]
-    # notation: x = (ln B', h_f/h, m) with P/P_max = B' ((h - h_f)/h_max)^m
-
-    def evaluate(x: Array) -> tuple[Array, Array]:
-        gap = np.maximum(h / depth - x[1], 1e-9)
-        model = np.exp(x[0]) * gap ** x[2]
-        rows = np.array([model, -x[2] * model / gap, model * np.log(gap)])
-        return model - p / force, rows
-
-    slope = float(np.polyfit(h / depth, p / force, 1)[0])
-    start = np.array([1.5 * np.log(max(slope / 1.5, 1e-3)), 1 - 1.5 / max(slope, 1e-3), 1.5])
-    limit = float(h.min() / depth) - 1e-6
-    lowest, highest = 0.8, 4.0
-    found = minimise(evaluate, start, np.array([-50.0, -10.0, lowest]), np.array([50.0, limit, highest]))
-    if not found.converged:
-        raise CurveError(f"{curve.name}: the unloading does not follow a power law.")
+    x, y = h[chosen] / depth, p[chosen] / force
+    # notation: y = exp(b) (x - f)^m, f the final depth over the largest
+    first = max(float(np.polyfit(x, y, 1)[0]), 1e-3)
+    found = least_squares_fit(
+        lambda v: np.exp(v[0]) * np.maximum(x - v[1], 1e-9) ** v[2] - y,
+        np.array([1.5 * np.log(first / 1.5), 1 - 1.5 / first, 1.5]),
+        (np.array([-50.0, -10.0, EXPONENTS[0]]), np.array([50.0, float(x.min()) - 1e-6, EXPONENTS[1]])),
+        x.size,
+    )
     b, final, m = found.x
     gap = 1 - final
     stiffness = float(np.exp(b) * m * gap ** (m - 1))
     # ln S = b + ln m + (m - 1) ln gap
     by = np.array([1.0, -(m - 1) / gap, 1 / m + np.log(gap)])
-    spread = covariance(found.normal, ~found.at_bound, found.cost / max(p.size - 3, 1))[0]
-    error = stiffness * float(np.sqrt(max(by @ spread @ by, 0.0)))
-    unit = force / depth
+    error = stiffness * float(np.sqrt(max(by @ found.covariance @ by, 0.0)))
+    unit, doubt = force / depth, 2 * float(np.sqrt(found.covariance[2, 2]))
     notes: tuple[str, ...] = ()
-    if found.at_bound[2] or not 1 - 2 * np.sqrt(spread[2, 2]) <= m <= 2 + 2 * np.sqrt(spread[2, 2]):
+    if found.at_bound[2] or not 1 - doubt <= m <= 2 + doubt:
         where = f"on the limit of the search ({m:.1f})" if found.at_bound[2] else f"{m:.2f}"
         notes = (
             f"the exponent of the unloading is {where}; a flat end has 1, a cone 2. Creep, drift or a tail shapes the unloading: "
             "the stiffness is uncertain by more than its standard error. Hold longer, or choose another part (upper, lower).",
         )
     return Unloading(depth, force, stiffness * unit, error * unit, float(m), float(final) * depth, notes)
+
+
+def _check_part(lower: float, upper: float) -> None:
+    if not 0 < lower < upper <= 1:
+        raise BadValue("lower", repr(lower), f"and upper = {upper!r} must satisfy 0 < lower < upper <= 1.")
+
+
+@contextmanager
+def _left_out(bad: list[str]) -> Iterator[None]:
+    """What cannot be read or evaluated is noted, and costs nothing else."""
+    try:
+        yield
+    except CurveError as error:
+        bad.append(str(error))
+
+
+class Found(NamedTuple):
+    """A least-squares fit: values, their covariance, residuals, which values are on a limit, and the rms misfit."""
+
+    x: Array
+    covariance: Array
+    residual: Array
+    at_bound: Flags
+    misfit: float
+
+
+def least_squares_fit(
+    residual: Callable[[Array], Array], start: Array, limits: tuple[Array, Array], count: int
+) -> Found:
+    """Least squares of residuals of order one, of which `count` are readings, from a start within limits."""
+    start = np.clip(start, limits[0] + 1e-9, limits[1] - 1e-9)
+    found = least_squares(
+        residual, start, jac="3-point", bounds=limits, method="dogbox", xtol=1e-12, ftol=1e-14, gtol=1e-12
+    )
+    at_bound = found.active_mask != 0
+    variance = 2 * found.cost / max(count - start.size, 1)
+    spread = covariance(found.jac.T @ found.jac, ~at_bound, variance)[0]
+    return Found(found.x, spread, found.fun, at_bound, float(np.sqrt(2 * found.cost / count)))
 
 
 def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0.5, name: str = "unloadings") -> Curve:
@@ -177,24 +221,24 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
     >>> print(points.stiffness[[0, -1]].round())
     [18750. 75000.]
     """
+    _check_part(lower, upper)
     found: list[Unloading] = []
     odd: list[str] = []
     bad: list[str] = []
     for curve in curves:
-        cycles = load_cycles(curve.force)
+        cycles = load_cycles(curve)
         if not cycles:
             bad.append(f"{curve.name}: the force is never taken back by a tenth of its largest value; no unloading.")
         for number, (begin, peak, end) in enumerate(cycles):
-            one = curve.taken(slice(begin, end + 1))
             label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
             # noise at the end of a partial unloading must not hide that it got there
-            least = max(lower, 1.05 * float(one.force[-1]) / float(curve.force[peak]))
-            try:
-                found.append(unloading(replace(one, name=label), upper=upper, lower=least))
-            except CurveError as error:
-                bad.append(str(error))
-                continue
-            odd += [f"{label}: {note}" for note in found[-1].notes]
+            least = max(lower, 1.05 * float(curve.force[end]) / float(curve.force[peak]))
+            with _left_out(bad):
+                if least >= upper:
+                    raise CurveError(f"{label}: the force falls to {least / 1.05:.0%} of its largest value only.")
+                one = unloading(replace(curve.taken(slice(begin, end + 1)), name=label), upper=upper, lower=least)
+                found.append(one)
+                odd += [f"{label}: {note}" for note in one.notes]
     if len(found) < FEWEST_STIFF:
         plural = "s" if len(found) != 1 else ""
         what = (
@@ -203,14 +247,157 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
         )
         raise CurveError(" ".join([what, *bad]))
     found.sort(key=lambda point: point.depth)
-    depth, force, stiffness = (np.array([getattr(p, key) for p in found]) for key in ("depth", "force", "stiffness"))
-    notes = (*(f"Left out: {reason}" for reason in bad), *_listed(odd, len(found)))
+    depth, force, stiffness = np.array([(p.depth, p.force, p.stiffness) for p in found]).T
+    more = f" So are {len(odd) - 1} more of {len(found)} unloadings." if len(odd) > 1 else ""
+    notes = (*(f"Left out: {reason}" for reason in bad), *(f"{first}{more}" for first in odd[:1]))
     return Curve(depth, force, stiffness=stiffness, name=name, meta={"notes": notes})
 
 
-def _listed(odd: list[str], count: int) -> tuple[str, ...]:
-    """One line about all unloadings whose exponent is odd."""
-    if not odd:
-        return ()
-    more = f" So are {len(odd) - 1} more of {count} unloadings." if len(odd) > 1 else ""
-    return (f"{odd[0]}{more}",)
+def film_curves(path: str | Path, reading: Mapping[str, Any]) -> list[Curve]:
+    """Curves with a stiffness: every test of a file or folder with continuous stiffness, or one of the unloadings of all cycles.
+
+    `reading` has arguments of `read_curve`. Tests that cannot be read or evaluated are left out; meta["notes"] of the first
+    curve names them. CurveError if none is left.
+    """
+    curves: list[Curve] = []
+    bad: list[str] = []
+    chosen = reading.get("index")
+    for file in _files(path):
+        numbers: Sequence[int | None] = ()
+        with _left_out(bad):
+            count = 1 if chosen is not None else curves_in(file, **reading)
+            numbers = [chosen] if count == 1 else range(count)
+        for i in numbers:
+            with _left_out(bad):
+                curve = read_curve(file, **{**reading, "index": i})
+                # instruments count force and depth from the surface
+                curves.append(replace(curve, name=curve.meta.get("source", curve.name)))
+    if not curves:
+        raise CurveError(" ".join(bad) or f"{path}: no test.")
+    along = [curve for curve in curves if continuous(curve)]
+    if several := 2 * len(along) > len(curves):
+        bad += [f"{c.name}: no continuous stiffness, as the others have." for c in curves if not continuous(c)]
+    left_out = tuple(f"Left out: {reason}" for reason in bad)
+    if several:
+        first, *more = map(loading, along)
+        return [replace(first, meta={**first.meta, "notes": left_out}), *more]
+    points = unloadings(curves, name=Path(path).resolve().name)
+    read = tuple(line for c in curves for line in c.meta["read"])
+    return [replace(points, meta={"read": read, "notes": (*left_out, *points.meta["notes"])})]
+
+
+def loading(curve: Curve) -> Curve:
+    """The readings up to the largest force."""
+    return curve.taken(slice(0, int(np.argmax(curve.force)) + 1))
+
+
+def continuous(curve: Curve) -> bool:
+    """Whether a curve has a stiffness along its loading, not one of each unloading, which some instruments write beside it."""
+    measured = None if curve.stiffness is None else loading(curve).stiffness
+    return measured is not None and int(np.isfinite(measured).sum()) > max(len(load_cycles(curve)), FEWEST_STIFF - 1)
+
+
+def _files(path: str | Path) -> list[Path]:
+    """The files of a folder, or the file itself."""
+    return files_in(path) if is_folder(Path(path)) else [Path(path)]
+
+
+def film_tip(path: str | Path, film: Mapping[str, Any]) -> Tip:
+    """The tip of a case, with the area function of the case or of the workbook; CurveError if neither has one."""
+    rest = {name: film[name] for name in ("beta", "epsilon") if name in film}
+    if film.get("area_coefficients"):
+        return Tip.from_coefficients(film["area_coefficients"], **rest)
+    for book in (file for file in _files(path) if file.suffix.lower() in EXCEL):
+        return tip_in_workbook(book, **rest)
+    raise CurveError(
+        f"{path}: the tip's area function is missing. Write [film] area_coefficients = [24.56, ...] into the case file: "
+        "A = C0 h^2 + C1 h + C2 h^(1/2) + ..., in nanometres."
+    )
+
+
+def read_nanoindentation(path: str | Path, test: str) -> Curve:
+    """Read one test of a nanoindentation workbook with columns of displacement, load and harmonic stiffness.
+
+    Parameters
+    ----------
+    path : path
+        .xls or .xlsx.
+    test : str
+        Sheet, such as "Test 001".
+
+    Returns
+    -------
+    Curve
+        The loading part, with NaN where there is no stiffness.
+
+    See Also
+    --------
+    flatpunch.fit.tip_in_workbook : The area function beside the tests.
+    flatpunch.read_curve : Other files.
+
+    Examples
+    --------
+    >>> from openpyxl import Workbook
+    >>> book = Workbook()
+    >>> sheet = book.active
+    >>> sheet.title = "Test 001"
+    >>> sheet.append(["Displacement (nm)", "Load (mN)", "Harmonic stiffness (N/m)"])
+    >>> for h in range(1, 101):
+    ...     sheet.append([10 * h, 1e-3 * h**2, 200 * h])
+    >>> results = book.create_sheet("Results")
+    >>> results.append(["Area Coefficient 1", "Area Coefficient 2"])
+    >>> results.append([24.5, 500.0])
+    >>> book.save("tests.xlsx")
+    >>> from flatpunch.fit import read_nanoindentation
+    >>> curve = read_nanoindentation("tests.xlsx", "Test 001")
+    >>> print(f"{curve.force.max() * 1e3:.0f} mN, {curve.stiffness.max() / 1e3:.0f} mN/um")
+    10 mN, 20 mN/um
+    """
+    curve = read_curve(path, sheet=test, skip_nan=False)
+    if curve.stiffness is None:
+        raise CurveError(f"{curve.name}, {test}: no column of contact stiffness.")
+    return replace(loading(curve), name=f"{curve.name}, {test}")
+
+
+def tip_in_workbook(path: str | Path, **rest: Any) -> Tip:
+    """Tip with the area coefficients that an Agilent/Keysight workbook keeps in its sheet of results.
+
+    Parameters
+    ----------
+    path : path
+        The workbook.
+    **rest
+        Further fields of `Tip`.
+
+    See Also
+    --------
+    flatpunch.fit.read_nanoindentation : The tests of the workbook.
+    flatpunch.fit.Tip : From coefficients.
+
+    Examples
+    --------
+    >>> from openpyxl import Workbook
+    >>> book = Workbook()
+    >>> sheet = book.active
+    >>> sheet.title = "Test 001"
+    >>> sheet.append(["Displacement (nm)", "Load (mN)", "Harmonic stiffness (N/m)"])
+    >>> for h in range(1, 101):
+    ...     sheet.append([10 * h, 1e-3 * h**2, 200 * h])
+    >>> results = book.create_sheet("Results")
+    >>> results.append(["Area Coefficient 1", "Area Coefficient 2"])
+    >>> results.append([24.5, 500.0])
+    >>> book.save("tests.xlsx")
+    >>> from flatpunch.fit import tip_in_workbook
+    >>> print(f"{float(tip_in_workbook('tests.xlsx').area(np.array(100e-9))) * 1e12:.3f} um^2")
+    0.295 um^2
+    """
+    for rows in excel_sheets(Path(path)).values():
+        titles = [str(cell) for cell in rows[0]] if rows else []
+        places = [i for i, title in enumerate(titles) if title.startswith("Area Coefficient")]
+        for row in rows[1:]:
+            numbers = [row[i] for i in places if isinstance(row[i], (int, float))]
+            if places and len(numbers) == len(places):
+                return Tip.from_coefficients(numbers, **rest)
+    raise CurveError(
+        f"{path}: no columns 'Area Coefficient 1', ... in any sheet. Give the area function: Tip(area=...)."
+    )

@@ -2,14 +2,15 @@
 
 The software fitted F = c E* d^n to a curve that a layer on a base produced. Which layer gives that E*? Either at the one depth
 d, or by least squares over the curve up to d, contact point known (both are offered; most software does the second). Beside it
-stand the moduli that published corrections would give for the same reported value. Moduli after Oliver and Pharr follow from the
-stiffness of the contact (`contact_area`).
+stand the moduli that published corrections would give for the same reported value.
+
+After Oliver and Pharr the software computed E* = S/(2 beta a), pi a^2 = A(h_c), with the compliance of the tip taken out. A film
+on a base has the stiffness S = 2 beta a E* Kbar(a/t) of a flat punch of radius a: the film sought is that whose E* Kbar is the
+reported modulus.
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -20,37 +21,46 @@ from scipy.optimize import brentq
 
 from flatpunch._support.checks import ROUNDING, Array, poisson_ratio, positive
 from flatpunch._support.kinds import one_of
-from flatpunch._support.readable import readable
+from flatpunch._support.prefixes import text
+from flatpunch._support.readable import Table, readable
+from flatpunch._support.rows import Row, csv_of_rows, table_of_rows
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
+from flatpunch.compliance import compliance
 from flatpunch.fit.elastic.model import ForwardModel
-from flatpunch.fit.half_space.contact_area import apparent_modulus, area_laws, remark, section_radius
 from flatpunch.fit.half_space.formulas import (
     OLIVER_PHARR,
-    Formula,
+    equivalents,
     formulas,
     half_space_model,
-    has_half_space_model,
+    half_space_models,
     layer_on_top,
 )
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
-from flatpunch.fit.report.quantities import quantity
+from flatpunch.indenters import AreaFunction
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, Medium
+from flatpunch.media import Body, HalfSpace, Medium
+from flatpunch.punch.family import punch_family
 
 if TYPE_CHECKING:
     import xarray as xr
 
 Over = Literal["curve", "depth"]
 
+_Laws = dict[str, tuple[Callable[[float], Array], str]]
+"""By name: apparent modulus at each depth over Young's modulus of the layer, and a remark; the exact contact first."""
+_Limits = Callable[[float], tuple[str, ...]]
+
+_TOP, _EXACT = "layers[0].young", "exact"
 _POINTS = 200
 """Evenly spaced depths of the curve that the software fitted; twice as many move the modulus by 0.1 %."""
-
-_NO_FILM = "no film modulus gives the reported value"
-
-_WIDEST = math.log(1e6)
-"""Largest ratio of the layer's modulus to the reported one, either way, as its logarithm."""
+_DOUBLINGS = 20
+"""Factors of two between the reported modulus and the farthest that is tried for the layer, a million either way."""
+_ANGLES = 3600
+"""Polar angles of a section; the area of a Berkovich tip is right to 1e-6."""
+_STEP = 1e-4
+"""Relative step of the derivative of the reported modulus."""
 
 
 @readable
@@ -102,54 +112,46 @@ class Correction:
     depth: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
     apparent: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
 
-    def rows(self) -> list[tuple[str, float, str]]:
-        """Name, Young's modulus [Pa] and remark: the exact contact first, then the published corrections."""
-        return [("exact", self.young, ""), *((n, value, self.why.get(n, "")) for n, value in self.others.items())]
+    def rows(self) -> list[Row]:
+        """Young's modulus of the layer [Pa] by the exact contact first, then by the published corrections, with remarks."""
+        return [
+            Row("exact", self.young, unit="Pa"),
+            *(Row(name, value, unit="Pa", note=self._remark(name, value)) for name, value in self.others.items()),
+        ]
+
+    def _remark(self, name: str, value: float) -> str:
+        """Deviation from the exact contact, and what the formula was made for."""
+        off = f"{100 * (value / self.young - 1):+.3g} %" if math.isfinite(value) else ""
+        return "; ".join(filter(None, (off, self.why.get(name, ""))))
 
     def to_csv(self) -> str:
         """Return the moduli as CSV, a line for the exact contact and for each published correction."""
-        out = io.StringIO()
-        table = csv.writer(out, lineterminator="\n")
-        table.writerow(["formula", "young [Pa]", "deviation [-]", "remark"])
-        table.writerows([name, young, young / self.young - 1, remark] for name, young, remark in self.rows())
-        return out.getvalue()
+        return csv_of_rows(self.rows())
+
+    def _table_(self) -> Table:
+        """The moduli."""
+        title = (
+            f"Reported {text(self.reported, 'Pa')} -> layer {text(self.young, 'Pa')} (reported is {self.factor:.3f} of it; 1 % "
+            f"in the report is {self.sensitivity:.1f} % in the layer)"
+        )
+        return table_of_rows(title, self.rows(), notes=self.notes)
 
     def dataset(self) -> xr.Dataset:
         """Return the result as a dataset: moduli by `formula`, the exact contact first, and the apparent modulus by `depth`."""
         import xarray as xr
 
-        names, moduli, remarks = zip(*self.rows(), strict=True)
-        pascal = {"units": "Pa"}
+        names, moduli = zip(("exact", self.young), *self.others.items(), strict=True)
+        remarks = np.array([self.why.get(name, "") for name in names], dtype=object)
+        attributes = {name: getattr(self, name) for name in ("reported", "over", "sensitivity")}
         return xr.Dataset(
             {
-                "young": ("formula", np.array(moduli), pascal | {"long_name": "Young's modulus of the layer"}),
-                "remark": ("formula", np.array(remarks, dtype=object)),
-                "apparent": ("depth", self.apparent, pascal | {"long_name": "modulus of the half-space formula"}),
+                "young": ("formula", np.array(moduli), {"units": "Pa", "long_name": "Young's modulus of the layer"}),
+                "remark": ("formula", remarks),
+                "apparent": ("depth", self.apparent, {"units": "Pa", "long_name": "modulus of the half-space formula"}),
             },
             {"formula": np.array(names, dtype=object), "depth": ("depth", self.depth, {"units": "m"})},
-            {
-                "reported": self.reported,
-                "over": self.over,
-                "sensitivity": self.sensitivity,
-                "notes": "\n".join(self.notes),
-                "flatpunch_version": __version__,
-            },
+            attributes | {"notes": "\n".join(self.notes), "flatpunch_version": __version__},
         )
-
-    def summary(self) -> str:
-        """The result in words."""
-        lines = [
-            f"Reported {quantity(self.reported, 'Pa')} -> layer {quantity(self.young, 'Pa')}  (reported is {self.factor:.3f} of "
-            f"it; 1 % in the report is {self.sensitivity:.1f} % in the layer)"
-        ]
-        for name, value in self.others.items():
-            shown = (
-                f"{quantity(value, 'Pa'):>12}  {100 * (value / self.young - 1):+6.1f} %"
-                if np.isfinite(value)
-                else f"{'-':>12}"
-            )
-            lines.append(f"  {name:<18} {shown}  {self.why.get(name, '')}".rstrip())
-        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
 
 
 @one_blas_thread()
@@ -213,97 +215,101 @@ def correct(
     medium, top = layer_on_top(medium)
     one_of("over", over, ("curve", "depth"))
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
-    if (isinstance(model, str) and model == OLIVER_PHARR) or (model is None and not has_half_space_model(indenter)):
-        return _by_area(reported, medium, indenter, depth, nu)
-    formula = half_space_model(indenter, model)
-    grid = depth * (np.arange(1, _POINTS + 1) / _POINTS if over == "curve" else np.ones(1))
-    target = reported / (1 - nu**2)
-    weight = formula.force(grid)
-    weight = weight / float(weight @ weight)
-    start, _ = replaced(medium, None, {"layers[0].young": reported})
-    exact = ForwardModel(start, indenter, ("layers[0].young",), method)
-
-    def seen(young: float) -> float:
-        """Plane-strain modulus that the software reports for a layer of this modulus."""
-        return float(weight @ exact.force(grid, {"layers[0].young": young}))
-
-    young = _solved(seen, target, reported)
-    others, why = _others(medium, indenter, grid, weight, target)
-    notes = tuple(exact.exact(grid[-1:], {"layers[0].young": young})[1].splitlines())
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
-    apparent = exact.force(along, {"layers[0].young": young}) / formula.force(along) * (1 - nu**2)
-    sensitivity = _sensitivity(seen, young)
-    return Correction(young, reported, reported / young, others, why, sensitivity, over, notes, along, apparent)
-
-
-def _by_area(reported: float, medium: Medium, indenter: Indenter, depth: float, nu: float) -> Correction:
-    """The layer behind a modulus after Oliver and Pharr at a contact depth."""
-    along = depth * np.arange(1, _POINTS + 1) / _POINTS
-    radius = section_radius(indenter, along)
-    at, target = radius[-1:], reported / (1 - nu**2)
-
-    def seen(young: float) -> float:
-        return float(apparent_modulus(medium, young, at)[0])
-
-    young = _solved(seen, target, reported)
-    others, why = {}, {}
-    for name, law in area_laws(medium, float(at[0])).items():
+    if model == OLIVER_PHARR or (model is None and not half_space_models(indenter)):
+        over, weight = "depth", np.ones(_POINTS)
+        laws, limits = _by_area(medium, indenter, along)
+    else:
+        weight = half_space_model(indenter, model)(along) ** 2
+        laws, limits = _by_force(replaced(medium, None, {_TOP: reported})[0], indenter, along, model, method)
+    if over == "depth":
+        weight = np.append(np.zeros(_POINTS - 1), 1.0)
+    weight, target = weight / weight.sum(), reported / (1 - nu**2)
+    found: dict[str, float] = {}
+    why = {name: remark for name, (_, remark) in laws.items() if remark}
+    for name, (law, _) in laws.items():
         try:
-            others[name] = _solved(law, target, reported)
-        except ValueError:
-            others[name], why[name] = math.nan, _NO_FILM
-    apparent = apparent_modulus(medium, young, radius) * (1 - nu**2)
-    notes = (remark(float(at[0])),)
-    return Correction(
-        young, reported, reported / young, others, why, _sensitivity(seen, young), "depth", notes, along, apparent
+            found[name] = _solved(lambda young, law=law: float(weight @ law(young)), target, reported)  # type: ignore[misc]
+        except ValueError as error:
+            if name == _EXACT:
+                raise
+            found[name], why[name] = math.nan, str(error).partition(":")[0]
+    young, exact = found.pop(_EXACT), laws[_EXACT][0]
+    near = [math.log(float(weight @ exact(young * (1 + step)))) for step in (-_STEP, _STEP)]
+    sensitivity = 2 * _STEP / (near[1] - near[0]) if near[1] > near[0] else math.inf
+    apparent = exact(young) * (1 - nu**2)
+    return Correction(young, reported, reported / young, found, why, sensitivity, over, limits(young), along, apparent)
+
+
+def _by_force(
+    medium: Medium, indenter: Indenter, along: Array, model: str | None, method: FitMethod
+) -> tuple[_Laws, _Limits]:
+    """Plane-strain moduli of the half-space with the same force at each depth, and limits of the exact contact."""
+    unit = half_space_model(indenter, model)(along)
+    exact = ForwardModel(medium, indenter, (_TOP,), method)
+    laws: _Laws = {_EXACT: (lambda young: exact.force(along, {_TOP: young}) / unit, "")}
+    for law in formulas(medium, indenter):
+        laws[law.name] = (lambda young, law=law: law.force(along, young) / unit, law.remark)  # type: ignore[misc]
+    return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young})[1].splitlines())
+
+
+def _by_area(medium: Medium, indenter: Indenter, along: Array) -> tuple[_Laws, _Limits]:
+    """Oliver and Pharr: plane-strain moduli of the half-space with the same stiffness at each contact depth; what is assumed."""
+    radius, top = section_radius(indenter, along), layer_on_top(medium)[1]
+    x, star = radius / top.thickness, 1 / (1 - top.poisson**2)
+    laws: _Laws = {_EXACT: (lambda young: punch_modulus(replaced(medium, None, {_TOP: young})[0], radius), "")}
+    if len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
+        for name, law in equivalents(medium).items():
+            laws[name] = (lambda young, law=law: law(x, young * star), "")  # type: ignore[misc]
+    note = (
+        "Oliver and Pharr: the depth is that of the contact, where the tip has the area of a circle of "
+        f"{text(float(radius[-1]), 'm')}. The reported modulus is that of the sample, the tip's own compliance taken out."
     )
+    return laws, lambda young: (note,)
 
 
-def _sensitivity(seen: Callable[[float], float], young: float) -> float:
-    """d ln(true)/d ln(reported)."""
-    step = 1e-4
-    growth = (math.log(seen(young * (1 + step))) - math.log(seen(young * (1 - step)))) / (2 * step)
-    return 1 / growth if growth > 0 else math.inf
+def section_radius(indenter: Indenter, depth: Array) -> Array:
+    """Radius [m] of the circle with the area of a tip's section at distances from the apex [m]."""
+    if isinstance(indenter, AreaFunction):
+        return np.asarray(np.sqrt(indenter.area(depth) / np.pi))
+    phi = np.arange(_ANGLES, dtype=np.float64) * (2 * np.pi / _ANGLES)
+    low, high = np.zeros((depth.size, _ANGLES)), np.full((depth.size, _ANGLES), float(depth.max()))
+    # no tip is wider than a metre
+    while (lower := indenter.height(high, phi) < depth[:, None]).any() and high.max() < 1:
+        high = np.where(lower, 2 * high, high)
+    # bisection to the last digit, as tips may be infinitely high beyond their edge
+    for _ in range(53):
+        middle = (low + high) / 2
+        inside = indenter.height(middle, phi) < depth[:, None]
+        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
+    return np.asarray(np.sqrt((high**2).mean(axis=1)))
 
 
-def _solved(seen: Callable[[float], float], target: float, guess: float) -> float:
-    """Root of seen(E) = target over E, in logarithms, bracketed step by step."""
-    low = high = math.log(guess)
+def punch_modulus(medium: Body, radius: Array) -> Array:
+    """Plane-strain modulus of the half-space on which flat punches of `radius` [m] have the same stiffness [Pa], shape (n,)."""
+    kernel = compliance(medium)
+    return np.asarray(medium.surface_modulus * np.pi * punch_family(kernel).flat(radius / kernel.length)[:, 0])
+
+
+def _solved(reports: Callable[[float], float], target: float, guess: float) -> float:
+    """The Young's modulus for which the target is reported, in logarithms, from a bracket that grows by factors of two."""
 
     def miss(x: float) -> float:
-        return math.log(seen(math.exp(x)) / target)
+        seen = reports(math.exp(x)) / target
+        return math.log(seen) if seen > 0 else math.nan
 
-    while miss(high) < 0 and high < math.log(guess) + _WIDEST:
-        high += math.log(2)
-    while miss(low) > 0 and low > math.log(guess) - _WIDEST:
-        low -= math.log(2)
-    if miss(low) * miss(high) > 0:
-        bounds = [seen(math.exp(x)) for x in (low, high)]
-        raise ValueError(
-            f"no modulus of the layer gives the reported value: between {math.exp(low):.3g} and {math.exp(high):.3g} Pa the "
-            f"software would report plane-strain moduli of {min(bounds):.3g} to {max(bounds):.3g} Pa, not {target:.3g}. Base, "
-            "thickness and depth do not go together with it."
-        )
-    return math.exp(brentq(miss, low, high, xtol=ROUNDING)) if low < high else math.exp(low)
-
-
-def _others(
-    medium: Medium, indenter: Indenter, grid: Array, weight: Array, target: float
-) -> tuple[dict[str, float], dict[str, str]]:
-    """Published corrections, each inverted for the same reported modulus."""
-    results: dict[str, float] = {}
-    why: dict[str, str] = {}
-    for formula in formulas(medium, indenter):
-
-        def seen(young: float, formula: Formula = formula) -> float:
-            return float(weight @ formula.force(grid, young))
-
-        try:
-            results[formula.name] = target / seen(1.0) if formula.linear else _solved(seen, target, target)
-        except ValueError:
-            results[formula.name] = math.nan
-        if formula.remark:
-            why[formula.name] = formula.remark
-        if not math.isfinite(results[formula.name]):
-            why[formula.name] = "the depth is outside its range" if formula.linear else _NO_FILM
-    return results, why
+    at = math.log(guess)
+    if not math.isfinite(first := miss(at)):
+        raise ValueError("the depth is outside its range")
+    step = -math.copysign(math.log(2), first)
+    for _ in range(_DOUBLINGS):
+        if miss(at + step) * first <= 0:
+            return math.exp(brentq(miss, at, at + step, xtol=ROUNDING))
+        at += step
+    ends = sorted((guess, math.exp(at)))
+    seen = [reports(end) for end in ends]
+    raise ValueError(
+        f"no modulus of the layer gives the reported value: between {ends[0]:.3g} and {ends[1]:.3g} Pa the software would report "
+        f"plane-strain moduli of {seen[0]:.3g} to {seen[1]:.3g} Pa, not {target:.3g}. Base, thickness and depth do not go "
+        "together with it."
+    )

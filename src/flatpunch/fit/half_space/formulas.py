@@ -1,84 +1,77 @@
-"""Which published formulas apply to a sample and a tip, and the force that each of them gives."""
+"""Published formulas: which apply to a sample and a tip, the force by each of them, and how far it is from the exact contact."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.checks import Array, BadValue, Values
 from flatpunch._support.kinds import one_of
+from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
+from flatpunch._support.readable import Table
+from flatpunch._version import __version__
+from flatpunch.contact import Method, MethodName, indent
+from flatpunch.contact.curve import FEW_ANGLES
+from flatpunch.files import Case
 from flatpunch.fit.half_space import published
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace, Interface, Layer, Medium, RigidBase
 
+if TYPE_CHECKING:
+    import xarray as xr
+
+WITHIN = (0.01, 0.05, 0.10)
+"""Errors for which the range of a formula is given."""
+Force = Callable[[Array], Array]
+"""Force [N] at depths [m] on a half-space with E* = 1 Pa."""
+Equivalent = Callable[[Array, float], Array]
+
 OLIVER_PHARR = "oliver-pharr"
 """Name of the evaluation by stiffness and contact area, which goes with every tip."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reported:
-    """Half-space model of the software: F = factor E* d^exponent.
-
-    Parameters
-    ----------
-    name : str
-        What it is called.
-    factor : float
-        [m^(2 - exponent)].
-    exponent : float
-    """
-
-    name: str
-    factor: float
-    exponent: float
-
-    def force(self, depth: Array) -> Array:
-        """Force for E* = 1 Pa."""
-        return np.asarray(self.factor * depth**self.exponent)
-
-
-def half_space_models(indenter: Indenter) -> dict[str, Reported]:
-    """The half-space formulas in use for a tip by their names, the usual one first; ValueError for tips without one."""
+def half_space_models(indenter: Indenter) -> dict[str, Force]:
+    """The half-space formulas in use for a tip by their names, the usual one first; none for most tips."""
     if isinstance(indenter, (Sphere, Paraboloid)):
-        return {"hertz": Reported("hertz", 4 / 3 * math.sqrt(indenter.radius), 1.5)}
-    if isinstance(indenter, Cone):
-        return {"sneddon": Reported("sneddon", 2 / (math.pi * math.tan(indenter.inclination)), 2.0)}
+        return {"hertz": lambda d: 4 / 3 * math.sqrt(indenter.radius) * d**1.5}
     if isinstance(indenter, Cylinder):
-        return {"flat": Reported("flat", 2 * indenter.radius, 1.0)}
+        return {"flat": lambda d: 2 * indenter.radius * d}
+    if isinstance(indenter, Cone):
+        return {"sneddon": lambda d: 2 / math.pi * _slope(indenter) * d**2}
     if isinstance(indenter, Pyramid) and indenter.sides == 4:
-        slope = 1 / math.tan(indenter.inclination)
         return {
-            "bilodeau": Reported("bilodeau", 0.7453 * slope, 2.0),
-            "rico": Reported("rico", slope / math.sqrt(2), 2.0),
+            "bilodeau": lambda d: 0.7453 * _slope(indenter) * d**2,
+            "rico": lambda d: _slope(indenter) / math.sqrt(2) * d**2,
         }
-    raise ValueError(
-        f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
-        "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
-    )
+    return {}
 
 
-def has_half_space_model(indenter: Indenter) -> bool:
-    """Whether a half-space formula is in use for a tip."""
-    try:
-        return bool(half_space_models(indenter))
-    except ValueError:
-        return False
-
-
-def half_space_model(indenter: Indenter, name: str | None = None) -> Reported:
+def half_space_model(indenter: Indenter, name: str | None = None) -> Force:
     """One of the half-space formulas for a tip, the first that fits it if no name is given.
 
     Names are "hertz", "sneddon", "flat", and for pyramids "bilodeau" (0.7453 E* tan(alpha) d^2, alpha the face's half opening
     angle) or "rico" (1/sqrt(2) instead of 0.7453).
     """
     found = half_space_models(indenter)
-    if name is None:
-        return next(iter(found.values()))
+    if not found:
+        raise ValueError(
+            f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
+            "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
+        )
+    name = next(iter(found)) if name is None else name
     return found[one_of("model", name, found, wrong=f"does not belong to a {type(indenter).__name__}")]
+
+
+def _slope(indenter: Indenter) -> float:
+    """tan(alpha) of a cone or a pyramid, alpha the half opening angle; d tan(alpha) is the radius or half-width at depth d."""
+    assert isinstance(indenter, (Cone, Pyramid))
+    return 1 / math.tan(indenter.inclination)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,15 +84,12 @@ class Formula:
         By its authors.
     force : callable
         (depths [m], Young's modulus of the layer [Pa]) -> forces [N].
-    linear : bool
-        Whether the force is proportional to that modulus.
     remark : str
         What the formula was made for, where the sample differs.
     """
 
     name: str
     force: Callable[[Array, float], Array]
-    linear: bool = True
     remark: str = ""
 
 
@@ -111,83 +101,228 @@ def layer_on_top(medium: Body) -> tuple[Medium, Layer]:
 
 
 def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
-    """Return the published formulas for one layer on a base and a tip with a half-space model; none for more layers."""
-    if len(medium.layers) != 1 or isinstance(medium.layers[0].bonded, Interface):
-        return []
-    found = list(_thin_layer(medium, indenter))
-    return [*found, *_substrate(medium, indenter)] if isinstance(medium.base, HalfSpace) else found
+    """Return the published formulas for one layer on a base and a tip with a half-space model; none for more layers.
 
-
-def _thin_layer(medium: Medium, indenter: Indenter) -> Iterator[Formula]:
-    """Factors on the half-space force of layers on rigid bases."""
-    top = layer_on_top(medium)[1]
-    nu, h, tip, bonded = top.poisson, top.thickness, half_space_model(indenter), bool(top.bonded)
-    star = 1 / (1 - nu**2)
-    rigid = "" if isinstance(medium.base, RigidBase) else "for a rigid base"
-    half = "" if nu == 0.5 else "for nu = 0.5"
-
-    def factor(name: str, of: Callable[[Array], Array], *remarks: str) -> Formula:
-        said = "; ".join(remark for remark in (*remarks, rigid) if remark)
-        return Formula(name, lambda d, young: young * star * tip.force(d) * of(d), remark=said)
-
-    if isinstance(indenter, (Sphere, Paraboloid)):
-        radius = indenter.radius
-
-        def x(d: Array) -> Array:
-            return np.sqrt(radius * d) / h
-
-        yield factor("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, bonded))
-        if bonded:
-            yield factor("Garcia", lambda d: published.garcia(x(d), "paraboloid"), half)
-            if published.LONG[0] <= radius / h < published.LONG[1]:
-                yield factor("Long", lambda d: published.long(x(d), radius / h), "for large strains", half)
-            yield Formula(
-                "Chadwick",
-                lambda d, young: published.chadwick(radius, d, young, h),
-                remark="for bonded incompressible layers much thinner than the contact",
-            )
-    elif isinstance(indenter, Cylinder) and bonded:
-        yield factor("Garcia", lambda d: published.garcia(np.full_like(d, indenter.radius / h), "flat"), half)
-    elif isinstance(indenter, (Cone, Pyramid)):
-        slope = 1 / math.tan(indenter.inclination)
-        if bonded:
-            made_for = "" if isinstance(indenter, Cone) else "for cones"
-            yield factor("Garcia", lambda d: published.garcia(slope * d / h, "cone"), made_for, half)
-        if isinstance(indenter, Pyramid):
-            ours = published.PYRAMID_FORCE[4] * slope / tip.factor
-            yield factor(
-                "flatpunch", lambda d: ours * published.pyramid(slope * d / h, 4, bonded), "of this project", half
-            )
-
-
-def _substrate(medium: Medium, indenter: Indenter) -> Iterator[Formula]:
-    """Equivalent moduli E(a/t): the contact radius is the half-space's, as these formulas are used."""
+    Formulas for thin layers are factors on the half-space force; those for films on substrates are equivalent moduli at the
+    contact radius of the half-space, as they are used.
+    """
     top, base, tip = layer_on_top(medium)[1], medium.base, half_space_model(indenter)
-    assert isinstance(base, HalfSpace)
-    nu, t, substrate = top.poisson, top.thickness, base.surface_modulus
+    if len(medium.layers) != 1 or isinstance(top.bonded, Interface):
+        return []
+    nu, h, bonded, star = top.poisson, top.thickness, bool(top.bonded), 1 / (1 - top.poisson**2)
+    ball, pyramid = isinstance(indenter, (Sphere, Paraboloid)), isinstance(indenter, Pyramid)
+    shape = "paraboloid" if ball else "flat" if isinstance(indenter, Cylinder) else "cone"
+    found: list[Formula] = []
 
-    def radius(d: Array) -> Array:
+    def x(d: Array) -> Array:
+        """Half-space contact radius, or half-width of the tip at this depth for cones, over the thickness."""
         if isinstance(indenter, (Sphere, Paraboloid)):
-            return np.asarray(np.sqrt(indenter.radius * d))
+            return np.sqrt(indenter.radius * d) / h
         if isinstance(indenter, Cylinder):
-            return np.full_like(d, indenter.radius)
-        assert isinstance(indenter, (Cone, Pyramid))
-        return np.asarray(2 / math.pi * d / math.tan(indenter.inclination))
+            return np.full_like(d, indenter.radius / h)
+        return d * _slope(indenter) / h
 
-    laws: dict[str, Callable[[Array, float], Array]] = {
-        "Gao": lambda d, film: published.gao(radius(d) / t, film, substrate, nu),
-        "Perriot-Barthel": lambda d, film: published.perriot_barthel(radius(d) / t, film, substrate),
-        "Bec": lambda d, film: published.bec(radius(d), film, substrate, t),
+    def add(name: str, of: Callable[[Array], Array], *made_for: str) -> None:
+        """A factor on the half-space force."""
+        rigid = "" if isinstance(base, RigidBase) else "for a rigid base"
+        remark = "; ".join(filter(None, (*made_for, rigid)))
+        found.append(Formula(name, lambda d, young: young * star * tip(d) * of(d), remark))
+
+    half = "" if nu == 0.5 else "for nu = 0.5"
+    if ball:
+        add("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, bonded))
+    if bonded:
+        add("Garcia", lambda d: published.garcia(x(d), shape), "for cones" if pyramid else "", half)
+    if bonded and isinstance(indenter, (Sphere, Paraboloid)):
+        radius = indenter.radius
+        if published.LONG[0] <= radius / h < published.LONG[1]:
+            add("Long", lambda d: published.long(x(d), radius / h), "for large strains", half)
+        thin = "for bonded incompressible layers much thinner than the contact"
+        found.append(Formula("Chadwick", lambda d, young: published.chadwick(radius, d, young, h), thin))
+    if pyramid:
+        ours = published.PYRAMID_FORCE[4] * _slope(indenter) / float(tip(np.ones(1))[0])
+        add("flatpunch", lambda d: ours * published.pyramid(x(d), 4, bonded), "of this project", half)
+    if isinstance(base, HalfSpace):
+        narrow = 2 / math.pi if shape == "cone" else 1.0
+        laws = equivalents(medium)
+        if ball:
+            substrate = base.surface_modulus
+            laws["Clifford"] = lambda a, film: published.clifford(a, film, nu, substrate, base.poisson)
+        for name, law in laws.items():
+
+            def force(d: Array, young: float, law: Equivalent = law) -> Array:
+                return tip(d) * law(narrow * x(d), young * star)
+
+            found.append(Formula(name, force, MADE_FOR.get(name, "")))
+    return found
+
+
+MADE_FOR = {"Gao": "for bodies of similar stiffness", "Perriot-Barthel": "for moduli that differ by up to 100 times"}
+"""Films and substrates for which formulas were made."""
+
+
+def equivalents(film: Medium) -> dict[str, Equivalent]:
+    """Equivalent plane-strain moduli of one film on a half-space by published formulas.
+
+    Each is a function of contact radius over thickness and of the film's plane-strain modulus [Pa].
+    """
+    base = film.base
+    assert isinstance(base, HalfSpace)
+    nu, substrate = layer_on_top(film)[1].poisson, base.surface_modulus
+    return {
+        "Gao": lambda x, e: published.gao(x, e, substrate, nu),
+        "Perriot-Barthel": lambda x, e: published.perriot_barthel(x, e, substrate),
+        "Bec": lambda x, e: published.bec(x, e, substrate),
     }
-    if isinstance(indenter, (Sphere, Paraboloid)):
-        laws["Clifford"] = lambda d, film: published.clifford(indenter.radius, d, film, nu, substrate, base.poisson, t)
-    made_for = {
-        "Gao": "for bodies of similar stiffness",
-        "Perriot-Barthel": "for moduli that differ by up to 100 times",
-    }
-    for name, law in laws.items():
 
-        def force(d: Array, young: float, law: Callable[[Array, float], Array] = law) -> Array:
-            return tip.force(d) * law(d, young / (1 - nu**2))
 
-        yield Formula(name, force, linear=False, remark=made_for.get(name, ""))
+def compare_formulas(
+    medium: Body,
+    indenter: Indenter,
+    *,
+    depth: Values | None = None,
+    force: Values | None = None,
+    radius: Values | None = None,
+    method: MethodName | Method | None = None,
+    finite_strain: Literal["neo-hookean"] | None = None,
+) -> xr.Dataset:
+    """Compare published formulas with the exact contact.
+
+    Parameters
+    ----------
+    medium : Medium
+        The sample: a homogeneous layer on top of others or of the base. Formulas are for one layer on a base; of a stack they
+        see the layer at the surface and the base, and `remark` says so.
+    indenter : Sphere, Paraboloid, Cone, Cylinder or Pyramid of four sides
+        The tip.
+    depth, force, radius : array_like
+        Exactly one of them, as for `indent`: where they are compared [m], [N], [m].
+    method : str or method, optional
+        Contact method of the exact force, as for `indent`.
+    finite_strain : {"neo-hookean"}, optional
+        The exact force is corrected for large strains, as in `indent`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `step`: depth [m], the exact force [N], `factor` [-], that force over the half-space formula's, and force_error [-].
+        Over `formula` and `step`: formula_force [N] and `deviation` [-], the formula's force over the exact one less 1. Over
+        `formula` and `limit`: `valid_to` [m], the largest depth at which the deviation is still within the limit. `remark` says
+        what a formula was made for. First are the half-space formulas without a correction.
+
+    Raises
+    ------
+    ValueError, TypeError
+        On bad input, and for tips without a half-space formula.
+
+    See Also
+    --------
+    correct : From a reported modulus to the true one.
+    indent : The exact contact.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=1e-6)], base=fp.RigidBase())
+    >>> found = fp.compare_formulas(gel, fp.Paraboloid(radius=5e-6), depth=[50e-9, 300e-9])
+    >>> print(f"{float(found.deviation.sel(formula='Garcia')[-1]):.3f}")
+    0.265
+    """
+    import xarray as xr
+
+    medium, top = layer_on_top(medium)
+    star = 1 / (1 - top.poisson**2)
+    laws = [
+        Formula(name.capitalize(), lambda d, young, model=model: young * star * model(d), "no correction")  # type: ignore[misc]
+        for name, model in half_space_models(indenter).items()
+    ]
+    laws += _of_one_layer(medium, indenter)
+    given = {"depth": depth, "force": force, "radius": radius}
+    control: Plain = {name: values for name, values in given.items() if values is not None}
+    result = indent(medium, indenter, method=method, angles=FEW_ANGLES, finite_strain=finite_strain, **control)
+    depths, exact = result["depth"].values, result["force"].values
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        forces = np.array([law.force(depths, top.young) for law in laws])
+        deviation = forces / exact - 1
+        factor = exact / forces[0]
+    reach = np.array([[_valid_to(depths, line, limit) for limit in WITHIN] for line in deviation])
+    over = ("formula", "step")
+    error = {"force_error": result["force_error"]} if "force_error" in result else {}
+    return xr.Dataset(
+        {
+            "depth": result["depth"],
+            "force": result["force"],
+            **error,
+            "factor": ("step", factor, {"long_name": "force over that of the half-space formula"}),
+            "formula_force": (over, forces, {"units": "N", "long_name": "force by the formula"}),
+            "deviation": (over, deviation, {"long_name": "force by the formula over the exact force, less 1"}),
+            "valid_to": (("formula", "limit"), reach, {"units": "m", "long_name": "largest depth within the limit"}),
+            "remark": ("formula", np.array([law.remark for law in laws], dtype=object)),
+        },
+        {"formula": np.array([law.name for law in laws], dtype=object), "limit": np.array(WITHIN)},
+        {
+            "method": result.attrs["method"],
+            "notes": str(result.attrs.get("notes", "")),
+            "flatpunch_version": __version__,
+        },
+    )
+
+
+def _of_one_layer(medium: Medium, indenter: Indenter) -> list[Formula]:
+    """The formulas for the layer at the surface on the base, with a remark on what they do not see."""
+    top = layer_on_top(medium)[1]
+    rest = len(medium.layers) - 1
+    unseen = [f"without the {rest} layers below" if rest > 1 else "without the layer below"] if rest else []
+    if isinstance(top.bonded, Interface):
+        top = replace(top, bonded=True)
+        unseen.append("without springs")
+    laws = formulas(Medium([top], medium.base), indenter)
+    return [replace(law, remark="; ".join(filter(None, (*unseen, law.remark)))) for law in laws]
+
+
+def compare_case(case: Case) -> xr.Dataset:
+    """Compare the formulas at the steps of a case; ValueError for histories and adhesion, and as for `compare_formulas`."""
+    if case.time is not None:
+        raise ValueError("formulas are for elastic samples; give a [control] instead of a [history].")
+    if case.work_of_adhesion is not None:
+        raise ValueError("work_of_adhesion: formulas are compared without adhesion; leave it out.")
+    given: Plain = {name: case.arguments.get(name) for name in (case.control, "method", "finite_strain")}
+    return compare_formulas(case.medium, case.indenter, **given)
+
+
+def _valid_to(depth: Array, deviation: Array, limit: float) -> float:
+    """Largest depth at which the deviation is still within the limit; 0 if it never is."""
+    order = np.argsort(depth, kind="stable")
+    order = order[depth[order] > 0]
+    within = np.logical_and.accumulate(np.abs(deviation[order]) <= limit)
+    return float(depth[order][within].max(initial=0.0))
+
+
+def comparison_table(found: xr.Dataset) -> Table:
+    """Name, deviation at the largest depth, largest depths at which it is within the limits, and remark of each formula."""
+    deepest, last = float(found["depth"].values.max()), int(np.argmax(found["depth"].values))
+
+    def reach(end: float) -> str:
+        return "all depths" if end == deepest else text(end, "m") if end > 0 else "none"
+
+    def percent(value: float) -> str:
+        return f"{100 * value:+{'.2f' if abs(value) < 0.1 else '.3g'}} %" if math.isfinite(value) else "-"
+
+    columns = (found[name].values for name in ("formula", "deviation", "valid_to", "remark"))
+    rows = tuple(
+        (str(name), percent(float(off[last])), *map(reach, map(float, ends)), str(remark))
+        for name, off, ends, remark in zip(*columns, strict=True)
+    )
+    within = (f"within {100 * limit:g} % up to" for limit in WITHIN)
+    header = ("formula", f"error at {text(deepest, 'm')}", *within, "remark")
+    return Table(f"exact force: {found.attrs['method']}", header, rows, tuple(found.attrs["notes"].splitlines()))
+
+
+def comparison_csv(found: xr.Dataset) -> str:
+    """Comparison as CSV: a line for each step, the exact force, and force and deviation by each formula."""
+    import pandas as pd
+
+    columns = {"depth [m]": found["depth"].values, "force [N]": found["force"].values}
+    for one in (found.isel(formula=i) for i in range(found.sizes["formula"])):
+        columns[f"{one['formula'].item()} [N]"] = one["formula_force"].values
+        columns[f"{one['formula'].item()} deviation [-]"] = one["deviation"].values
+    return str(pd.DataFrame(columns).to_csv(index=False, na_rep="nan", lineterminator="\n"))

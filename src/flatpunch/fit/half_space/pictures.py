@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatpunch.fit.half_space.comparison import WITHIN
 from flatpunch.fit.half_space.correction import Correction
+from flatpunch.fit.half_space.formulas import WITHIN
 from flatpunch.plots.style import BLUE, GREEN, GREY, ORANGE, THIN, StyleName, panels, scale_of, styled
 
 if TYPE_CHECKING:
@@ -21,10 +21,9 @@ def correction_figure(found: Correction, *, title: str = "", style: StyleName | 
     """Moduli of the layer by the exact contact and by formulas; the half-space modulus over depth."""
     with styled(style) as chosen:
         drawn, (bars, curve) = panels(chosen, 2, title=title)
-        rows = [(name, young) for name, young, _ in found.rows() if np.isfinite(young)]
-        factor, unit = scale_of([young for _, young in rows] + [found.reported], "Pa")
-        names = [name for name, _ in rows]
-        bars.barh(names, [young * factor for _, young in rows], color=[BLUE, *[GREY] * (len(rows) - 1)])
+        young = {row.name: row.value for row in found.rows() if np.isfinite(row.value)}
+        factor, unit = scale_of([*young.values(), found.reported], "Pa")
+        bars.barh(list(young), [each * factor for each in young.values()], color=[BLUE, *[GREY] * (len(young) - 1)])
         bars.invert_yaxis()
         bars.axvline(found.young * factor, color=BLUE, linewidth=THIN)
         # one formula far off must not hide the others

@@ -3,8 +3,9 @@
 Thin layers (factor on the half-space force; X = sqrt(R d)/h for paraboloids, d tan(alpha)/h for cones, a/h for flat ends, alpha
 the half opening angle): Dimitriadis et al. 2002, Garcia et al. 2018, Chadwick 2002, Clifford and Seah 2009, Long et al. 2011
 (large strains, Biophys. J. 101, 643). Films on substrates
-(equivalent modulus over x = a/t): Gao, Chiu and Lee 1992, Perriot and Barthel 2004, Bec et al. 2006, King 1987 in the form of
-Doerner and Nix, Saha and Nix 2002. Coefficients as collected in the project's reference tables, from open implementations.
+(equivalent plane-strain modulus from those of film and substrate, over contact radius and thickness, x = a/t): Gao, Chiu and Lee
+1992, Perriot and Barthel 2004, Bec et al. 2006, King 1987 in the form of Doerner and Nix, Saha and Nix 2002.
+Coefficients as collected in the project's reference tables, from open implementations.
 """
 
 from __future__ import annotations
@@ -91,19 +92,10 @@ def chadwick(radius: float, depth: Array, young: float, thickness: float) -> Arr
     return np.asarray(2 * np.pi / 3 * young * radius**2 * depth**3 / thickness**3)
 
 
-def clifford(
-    radius: float,
-    depth: Array,
-    film: float,
-    poisson_film: float,
-    substrate: float,
-    poisson_substrate: float,
-    thickness: float,
-) -> Array:
-    """Equivalent plane-strain modulus under a paraboloid; `film` and `substrate` are plane-strain moduli."""
+def clifford(x: Array, film: float, poisson_film: float, substrate: float, poisson_substrate: float) -> Array:
+    """Equivalent modulus under a paraboloid, over x = sqrt(R d)/t."""
     factor = (1 - 0.22 * poisson_substrate**2) / (1 - 1.92 * poisson_film**2)
-    xi = np.sqrt(radius * depth) / thickness * (film / substrate) ** (2 / 3) * factor
-    weight = 2.25 * xi**1.5
+    weight = 2.25 * (x * (film / substrate) ** (2 / 3) * factor) ** 1.5
     return np.asarray(film + (substrate - film) * weight / (1 + weight))
 
 
@@ -123,13 +115,12 @@ def perriot_barthel(x: Array, film: float, substrate: float, exponent: float = 1
     return np.asarray(film + (substrate - film) / (1 + (k0 / x) ** exponent))
 
 
-def bec(radius: Array, film: float, substrate: float, thickness: float) -> Array:
-    """Equivalent modulus of two springs in series under a contact of `radius`."""
-    a, t = radius, thickness
-    compliance = t / ((np.pi * a**2 + 2 * t * a) * film) + 1 / (2 * (a + 2 * t / np.pi) * substrate)
-    return np.asarray(1 / (2 * a * compliance))
+def bec(x: Array, film: float, substrate: float) -> Array:
+    """Equivalent modulus of two springs in series."""
+    compliance = 1 / ((np.pi * x**2 + 2 * x) * film) + 1 / (2 * (x + 2 / np.pi) * substrate)
+    return np.asarray(1 / (2 * x * compliance))
 
 
-def king(x: Array, film: float, substrate: float, alpha: float) -> Array:
+def king(x: Array, film: float, alpha: float, substrate: float) -> Array:
     """Equivalent modulus in the form of Doerner and Nix; King gave alpha as a plot, here it is a number to be fitted."""
     return np.asarray(1 / (1 / film + (1 / substrate - 1 / film) * np.exp(-alpha / x)))

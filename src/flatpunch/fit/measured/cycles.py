@@ -8,7 +8,13 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
+from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.measured.signal import CLEAR, wander
+
+TAKEN_BACK = 0.1
+"""Share of a load by which the force must fall to count as unloading, and rise again to count as another cycle."""
+TURN = 0.05
+"""Share of their range by which positions must come back to count as a turn; shorter ways back are noise or drift."""
 
 
 def smoothed(values: Array) -> Array:
@@ -28,8 +34,7 @@ def turns(position: Array) -> list[int]:
     smooth = smoothed(position)
     # a history may begin or end at a deepest point
     padded = np.concatenate([[-np.inf], smooth, [-np.inf]])
-    # share of the range by which positions must come back before it counts as a turn; smaller ways back are noise or drift
-    least = 0.05 * float(np.ptp(smooth))
+    least = TURN * float(np.ptp(smooth))
     deepest = (scipy.signal.find_peaks(padded, prominence=least)[0] - 1).tolist()
     found: list[int] = deepest[:1]
     for after in deepest[1:]:
@@ -53,31 +58,51 @@ def levelled(values: Array, at: list[int]) -> Array:
     return result
 
 
-def load_cycles(force: Array) -> list[tuple[int, int, int]]:
+def load_cycles(curve: Curve) -> list[tuple[int, int, int]]:
     """Loading and unloading, again and again, to loads of any size: beginning, largest force and end of each cycle.
 
-    A cycle ends where the force has fallen by a tenth of its largest value and by more than its noise, and rises again by as
-    much or is over.
+    The force of a cycle rises while the tip advances, and falls by a tenth of its rise, and by more than its noise, while the
+    tip goes back. A force that drifts or waves before the contact, while the tip only advances, makes no cycle, and neither
+    does a pop-in.
 
     Parameters
     ----------
-    force : ndarray, shape (n,)
-        [N], zero or more.
+    curve : Curve
+        A record whose depth grows into the sample; its force may count from any zero.
     """
-    smooth, least = smoothed(force), CLEAR * wander(force)
+    force, depth = smoothed(curve.force), smoothed(curve.depth)
+    least, averaged = CLEAR * wander(curve.force), max(curve.force.size // 200, 1)
+    way = CLEAR * wander(curve.depth) / np.sqrt(averaged)
     found: list[tuple[int, int, int]] = []
     begin = peak = valley = 0
+    # the largest force without a contact, as far as the record shows one
+    lowest = without = float(force[0])
     falling = False
-    for i, value in enumerate(smooth.tolist()):
-        # share of a load by which the force must fall, or rise again, to count as unloading, or as another cycle
-        step = max(0.1 * smooth[peak], least)
-        if not falling and value > smooth[peak]:
+
+    def taken_back() -> bool:
+        # the tip may creep on between the largest load and the unloading
+        return bool(depth[peak : valley + 1].max() - max(depth[begin], depth[valley]) > way)
+
+    def cycle() -> tuple[int, int, int]:
+        free = np.flatnonzero(force[begin:peak] <= without)
+        return (begin + int(free[-1]) if free.size else begin), peak, valley
+
+    for i, value in enumerate(force.tolist()):
+        lowest = min(lowest, value)
+        step = max(TAKEN_BACK * (force[peak] - lowest), least)
+        if not falling and value > force[peak]:
             peak = i
-        elif not falling and smooth[peak] - value > step:
+        elif not falling and force[peak] - value > step:
             falling, valley = True, i
-        elif falling and value < smooth[valley]:
+        elif falling and value < force[valley]:
             valley = i
-        elif falling and value - smooth[valley] > step:
-            found.append((begin, peak, valley))
-            begin, peak, falling = valley, i, False
-    return [*found, (begin, peak, valley)] if falling else found
+        elif falling and value - force[valley] > step:
+            if taken_back():
+                found.append(cycle())
+                begin = valley
+            else:
+                without = max(without, float(force[peak])) if not found else without
+                # a tip without contact may go anywhere
+                begin = valley if depth[valley] < depth[begin] else begin
+            peak, falling = i, False
+    return [*found, cycle()] if falling and taken_back() else found

@@ -1,1 +1,0 @@
-"""Parts of a case file of fits: known values, tables, prior knowledge."""
