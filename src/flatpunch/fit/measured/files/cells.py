@@ -1,0 +1,215 @@
+"""From the cells of a text or a sheet to tables: runs of rows of numbers, with the titles, units and segments above them."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from flatpunch.fit.measured.calibration import constants_in
+from flatpunch.fit.measured.columns import WAYS, WORDS, Constants, Table, listed, names_a_curve, split_name, way_of, words
+from flatpunch.fit.measured.curve import FEWEST
+
+Row = list[object]
+
+NUMBER = re.compile(r"[+-]?[\d.,]*\d[.,]?(?:[eE][+-]?\d+)?|nan|NaN")
+"""A number with any decimal mark."""
+_LABEL = re.compile(r"[#%\s]*([^:=\t]*?)\s*[:=\t]\s*(.*?)\s*$")
+_UNIT = re.compile(r"[A-Za-zµμ%°]{1,4}(?:[/^*][A-Za-zµμ0-9]{1,4})?|[^\x00-\x7f]{1,2}[A-Za-z]?")
+
+
+def tables_of(
+    source: str, rows: list[Row], lines: Sequence[str], others: Callable[[int, int], Row | None] | None = None
+) -> list[Table]:
+    """Tables among rows of cells.
+
+    Rows that follow words and titles are another table, or the next segment of the one before where these say so. Comments, blank
+    rows and single cells are no end of a table; words without titles are a break in it.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file or sheet.
+    rows : list of list
+        Cells: numbers, text, None.
+    lines : sequence of str
+        The rows as lines.
+    others : callable, optional
+        Cells of a row, by its number and how many there must be, if it is divided in another way than the others.
+    """
+    tables: list[Table] = []
+    for run, start in _runs(rows, lines):
+        width = int(np.median([len(rows[i]) for i in run]))
+        above = [i for i in range(start, run[0]) if any(map(_filled, rows[i]))]
+        ways = [[rows[i] for i in above]] + ([[others(i, width) or rows[i] for i in above]] if others else [])
+        titles = [_titles(way, width) for way in ways]
+        names, units = next((found for found in titles if _name_a_curve(found[0])), titles[0])
+        (number, way), last = _segment([lines[i] for i in above]), tables[-1] if tables else None
+        width = max(width, len(names))
+        whole = run if len(rows[run[-1]]) >= min(width, len(rows[run[0]])) else run[:-1]
+        body = np.array([(rows[i] + [""] * width)[:width] for i in whole], dtype=object)
+        blank = [i for i in range(run[0], run[-1]) if not any(map(_filled, rows[i]))]
+        breaks = sorted({bisect(whole, i) for i in blank} - {0, len(whole)})
+        if last is not None and not names and not (way or number is not None):
+            at = len(last.rows)
+            more = _alike(body, len(last.names))
+            tables[-1] = replace(
+                last, rows=np.concatenate([last.rows, more]), breaks=(*last.breaks, at, *(at + i for i in breaks))
+            )
+            continue
+        pairs = [split_name(str(name or "")) for name in names or [f"column {i}" for i in range(width)]]
+        if last is not None and not names:
+            pairs, body = list(zip(last.names, last.units, strict=True)), _alike(body, len(last.names))
+        own = [
+            str(units[i]).strip("()[] ") if i < len(units) and _filled(units[i]) else u for i, (_, u) in enumerate(pairs)
+        ]
+        constants = constants_in([lines[i] for i in above])
+        if constants == Constants() and tables:
+            constants = tables[0].constants
+        first = run[0] + 1
+        table = Table(source, tuple(n for n, _ in pairs), tuple(own), body, first, tuple(breaks), constants)
+        table = replace(table, ways=(way,), meta={"number": number})
+        if last is not None and _goes_on(last, number, way):
+            tables[-1] = _joined(last, table)
+        else:
+            tables.append(table)
+    names = [source] if len(tables) == 1 else [f"{source}, block {i + 1}" for i in range(len(tables))]
+    return [
+        replace(table, source=name, meta={}, ways=table.ways if table.segment is not None else ())
+        for table, name in zip(tables, names, strict=True)
+    ]
+
+
+def _filled(cell: object) -> bool:
+    return cell is not None and cell != ""
+
+
+def _is_number(cell: object) -> bool:
+    return isinstance(cell, (int, float)) or (isinstance(cell, str) and NUMBER.fullmatch(cell) is not None)
+
+
+def _runs(rows: list[Row], lines: Sequence[str]) -> list[tuple[list[int], int]]:
+    """Runs of rows of numbers, each with the row at which what belongs to it begins."""
+    counts = [(sum(map(_is_number, row)), sum(map(_filled, row))) for row in rows]
+    # a column of words, such as names of segments, is the lesser part of a row, or there is nothing else
+    found = [i for i, (n, all_) in enumerate(counts) if n >= 2 and 2 * n > all_]
+    found = found if len(found) > 1 else [i for i, (n, _) in enumerate(counts) if n >= 2]
+    if len(found) < 2:
+        return []
+    points = set(found)
+    divide = [i for i, row in enumerate(rows) if i not in points and (_words_only(row) or _labels(lines[i]))]
+    runs: list[list[int]] = [[found[0]]]
+    for before, i in pairwise(found):
+        if bisect(divide, i) > bisect(divide, before):
+            runs.append([])
+        runs[-1].append(i)
+    long = [run for run in runs if len(run) >= FEWEST] or [found]
+    return list(zip(long, [0, *(run[-1] + 1 for run in long)], strict=False))
+
+
+def _words_only(row: Row) -> bool:
+    filled = [cell for cell in row if _filled(cell)]
+    comment = bool(filled) and str(filled[0]).startswith(("#", "%"))
+    return bool(filled) and not comment and not any(re.match(r"[+-]?\d", str(cell)) for cell in filled)
+
+
+def _label(line: str) -> tuple[str, str]:
+    """What a line names, and its value: "# units: m N" names units."""
+    match = _LABEL.match(line)
+    return (match[1], match[2]) if match else ("", line.strip("#%-=[]* \t"))
+
+
+def _labels(line: str) -> bool:
+    """Whether a comment is one of titles or of a segment."""
+    name, value = _label(line)
+    return listed(name, (f"= {WORDS['lines']['titles']}",)) or _segment([line]) != (None, "") and bool(name or value)
+
+
+def _segment(lines: Sequence[str]) -> tuple[int | None, str]:
+    """Number and way of the segment that lines above it name: "# segmentIndex: 1", "# direction: retrace", "Unloading"."""
+    number, way, about = None, "", WORDS["segments"]
+    for line in lines:
+        name, value = _label(line)
+        digits, found = re.search(r"\d+", f"{name} {value}"), set(words(re.sub(r"\d", "", value)))
+        if listed(re.sub(r"\d", "", name), about["titles"]):
+            number = int(digits[0]) if digits and not way_of(value) else number
+            # what a segment is called without a known word does not begin a cycle
+            way = way_of(value) or way or ("" if digits else "hold")
+        elif listed(name, about["worded"]) or (not name and found and found <= WAYS | set(about["fillers"])):
+            number, way = int(digits[0]) if digits else number, way_of(value) or way
+    return number, way
+
+
+def _goes_on(last: Table, number: int | None, way: str) -> bool:
+    """Whether a block is the next segment of the cycle before it."""
+    before = last.meta["number"]
+    if number is not None and before is not None:
+        return number > int(before)
+    return way in ("hold", "back") or (way == "forth" and last.ways[-1] == "hold")
+
+
+def _alike(body: np.ndarray, width: int) -> np.ndarray:
+    """Rows with another number of cells."""
+    empty = np.full((len(body), max(width - body.shape[1], 0)), "", dtype=object)
+    return np.concatenate([body, empty], axis=1)[:, :width]
+
+
+def _joined(table: Table, more: Table) -> Table:
+    """A table with another segment below it, whose columns may be in another order."""
+    titles = list(zip(more.names, more.units, strict=True))
+    at = [titles.index(title) if title in titles else -1 for title in zip(table.names, table.units, strict=True)]
+    rows = np.concatenate([more.rows, np.full((len(more.rows), 1), "", dtype=object)], axis=1)[:, at]
+    before = np.zeros(len(table.rows)) if table.segment is None else table.segment
+    return replace(
+        table,
+        rows=np.concatenate([table.rows, rows]),
+        segment=np.concatenate([before, np.full(len(rows), before[-1] + 1)]),
+        ways=(*table.ways, *more.ways),
+        meta=more.meta,
+    )
+
+
+def _titles(above: list[Row], width: int) -> tuple[Row, Row]:
+    """Titles and the row of units below them, each empty if there is none.
+
+    The last row counts that has a column of a force or deflection and one of a position, else the last one. A row above titles
+    that are repeated has the words for the sides, approach and retract, of the columns below.
+    """
+    labelled = {name: cells for name, cells in map(_labelled, above) if name and len(cells) >= width}
+    if "titles" in labelled:
+        return labelled["titles"], labelled.get("units", [])
+    rows = [[re.sub(r"^[#%]+\s*", "", c) if isinstance(c, str) else c for c in row] for row in above]
+    rows = [row if len(row) >= width else ["", *row] for row in rows if len(row) >= max(width - 1, 2)]
+    if not rows:
+        return [], []
+    named = [i for i, row in enumerate(rows) if _name_a_curve(row)]
+    at = named[-1] if named else len(rows) - 1 - (len(rows) > 1 and _are_units(rows[-1]))
+    titles, sides = rows[at], rows[at - 1] if at else []
+    if len({*map(str, filter(_filled, titles))}) < sum(map(_filled, titles)) and sum(map(bool, map(way_of, map(str, sides)))) > 1:
+        side = ""
+        for i, title in enumerate(titles):
+            side = str(sides[i]) if i < len(sides) and _filled(sides[i]) else side
+            titles[i] = f"{side} {title}" if _filled(title) else title
+    return titles, next((row for row in rows[at + 1 :] if _are_units(row)), [])
+
+
+def _name_a_curve(row: Row) -> bool:
+    return bool(row) and names_a_curve(split_name(str(cell or "")) for cell in row)
+
+
+def _labelled(row: Row) -> tuple[str, Row]:
+    """What a row says that its cells are, "titles" or "units", and these cells: "# columns: height vDeflection"."""
+    name, colon, rest = str(row[0]).partition(":")
+    kind = next((kind for kind, word in WORDS["lines"].items() if name.strip("#% ").lower() == word), "")
+    cells: Row = [cell for cell in [rest.strip()] if cell]
+    return (kind if colon else ""), [*cells, *row[1:]]
+
+
+def _are_units(row: Row) -> bool:
+    """Whether all filled cells are short and could be units; a dash is the unit of a number."""
+    filled = [bare for cell in row if (bare := str(cell or "").strip("()[]- "))]
+    return bool(filled) and all(_UNIT.fullmatch(cell) for cell in filled)
