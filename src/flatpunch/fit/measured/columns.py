@@ -46,6 +46,7 @@ WAYS = {word for way in ("forth", "hold", "back") for word in WORDS["segments"][
 _BRACKETS = re.compile(r"^(.*?)\s*(?:\(([^()]*)\)|\[([^\[\]]*)\])\s*$")
 _BEHIND = re.compile(r"^(.*\S)(?:\s*/\s*|\s*,\s*|\s+in\s+|_|\s+)([^\s_/,]+(?:/[^\s_/,]+)?)$")
 """A unit in brackets, and one behind a name: "depth / nm", "load_uN", "Depth nm", "Kraft in N"."""
+_NARROW = str.maketrans("（）［］：", "()[]:")
 _NO_VALUE = 1e300
 """Numbers of this size or larger mark a value that was not measured."""
 _COMMA = re.compile(r"\s*[+-]?\d+,\d+(?:[eE][+-]?\d+)?\s*")
@@ -116,7 +117,7 @@ def _listed(found: tuple[str, ...], entries: tuple[str, ...]) -> bool:
 
 def split_name(title: str) -> tuple[str, str | None]:
     """Name and unit of a column's title: "Load (uN)", "force [nN]", "depth / nm", "load_uN", "Depth nm", "Kraft in N"."""
-    title = re.sub(r"(?<=[)\]])\.\d+$", "", title.strip().strip('"').strip())
+    title = re.sub(r"(?<=[)\]])\.\d+$", "", title.translate(_NARROW).strip().strip('"').strip())
     if match := _BRACKETS.match(title):
         unit = (match[2] if match[2] is not None else match[3]).strip()
         if not (words(unit) and way_of(unit)):

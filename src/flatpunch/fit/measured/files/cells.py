@@ -47,7 +47,10 @@ def tables_of(
         above = [i for i in range(start, run[0]) if any(map(_filled, rows[i]))]
         ways = [[rows[i] for i in above]] + ([[others(i, width) or rows[i] for i in above]] if others else [])
         titles = [_titles(way, width) for way in ways]
-        names, units = next((found for found in titles if _name_a_curve(found[0])), titles[0])
+        # titles may be divided in another way than numbers
+        names, units = max(titles, key=lambda found: (_name_a_curve(found[0]), len(found[0]) == width, found is titles[0]))
+        if not _name_a_curve(names):
+            names, units = titles[0]
         (number, way), last = _segment([lines[i] for i in above]), tables[-1] if tables else None
         width = max(width, len(names))
         whole = run if len(rows[run[-1]]) >= min(width, len(rows[run[0]])) else run[:-1]
@@ -72,16 +75,23 @@ def tables_of(
             constants = tables[0].constants
         first = run[0] + 1
         table = Table(source, tuple(n for n, _ in pairs), tuple(own), body, first, tuple(breaks), constants)
-        table = replace(table, ways=(way,), meta={"number": number})
+        table = replace(table, ways=(way,), meta={"numbers": [number]})
         if last is not None and _goes_on(last, number, way):
             tables[-1] = _joined(last, table)
         else:
             tables.append(table)
     names = [source] if len(tables) == 1 else [f"{source}, block {i + 1}" for i in range(len(tables))]
-    return [
-        replace(table, source=name, meta={}, ways=table.ways if table.segment is not None else ())
-        for table, name in zip(tables, names, strict=True)
-    ]
+    return [_in_order(replace(table, source=name)) for table, name in zip(tables, names, strict=True)]
+
+
+def _in_order(table: Table) -> Table:
+    """A table whose segments count up as the file numbers them."""
+    numbers = table.meta["numbers"]
+    if table.segment is None:
+        return replace(table, meta={}, ways=())
+    order = np.argsort(numbers) if None not in numbers else np.arange(len(numbers))
+    rank = np.argsort(order).astype(float)
+    return replace(table, meta={}, segment=rank[table.segment.astype(int)], ways=tuple(table.ways[i] for i in order))
 
 
 def _filled(cell: object) -> bool:
@@ -145,11 +155,13 @@ def _segment(lines: Sequence[str]) -> tuple[int | None, str]:
 
 
 def _goes_on(last: Table, number: int | None, way: str) -> bool:
-    """Whether a block is the next segment of the cycle before it."""
-    before = last.meta["number"]
-    if number is not None and before is not None:
-        return number > int(before)
-    return way in ("hold", "back") or (way == "forth" and last.ways[-1] == "hold")
+    """Whether a block is another segment of the cycle before it."""
+    numbers, ways = last.meta["numbers"], last.ways
+    if number is not None and None not in numbers:
+        return number not in numbers
+    if way == "forth":
+        return ways == ("back",) or (ways[-1] == "hold" and "back" not in ways)
+    return way == "hold" or (way == "back" and "back" not in ways)
 
 
 def _alike(body: np.ndarray, width: int) -> np.ndarray:
@@ -169,7 +181,7 @@ def _joined(table: Table, more: Table) -> Table:
         rows=np.concatenate([table.rows, rows]),
         segment=np.concatenate([before, np.full(len(rows), before[-1] + 1)]),
         ways=(*table.ways, *more.ways),
-        meta=more.meta,
+        meta={"numbers": table.meta["numbers"] + more.meta["numbers"]},
     )
 
 

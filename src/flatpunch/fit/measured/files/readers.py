@@ -377,13 +377,14 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
         )
     if by_piezo and ("force" in positions or "deflection" in positions):
         return ("piezo", "deflection") if "force" not in positions or "deflection" in explicit else ("piezo", "force")
-    for role in ("depth", "force"):
-        if role not in positions:
-            raise CurveError(
-                f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it in the case "
-                f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}})."
-            )
-    return "depth", "force"
+    if {"depth", "force"} <= set(positions):
+        return "depth", "force"
+    role = "depth" if "force" in positions or "deflection" not in positions else "piezo"
+    role = "deflection" if by_piezo else "force" if "depth" in positions else role
+    raise CurveError(
+        f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it in the case "
+        f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}})."
+    )
 
 
 def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: float, meta: dict[str, object]) -> Curve:
