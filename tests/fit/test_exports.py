@@ -177,7 +177,11 @@ CANTILEVERS = {
 @pytest.mark.parametrize("titles", CANTILEVERS)
 def test_titles_behind_a_cantilever(tmp_path, titles):
     path = written(tmp_path / "c.txt", f"{titles}\n{rows(CANTILEVERS[titles])}")
-    curve = read_curve(path, spring_constant=K, **({"sensitivity": SENSITIVITY} if "V)\t" in titles + "\t" and "v" in CANTILEVERS[titles] else {}))
+    curve = read_curve(
+        path,
+        spring_constant=K,
+        **({"sensitivity": SENSITIVITY} if "V)\t" in titles + "\t" and "v" in CANTILEVERS[titles] else {}),
+    )
     # differences of sums of eight digits
     holds(curve, *APPROACH, tolerance=1e-5)
 
@@ -206,7 +210,10 @@ def test_segments_in_blocks(tmp_path, layout, turned, order):
     if order == -1 and "alone" in layout:
         return
     sep = " " if "JPK" in layout else "\t"
-    parts = [head + rows(c, sep, turned=t) for head, c, t in zip(SEGMENTS[layout], ("zf", "ZF"), (False, turned), strict=True)]
+    parts = [
+        head + rows(c, sep, turned=t)
+        for head, c, t in zip(SEGMENTS[layout], ("zf", "ZF"), (False, turned), strict=True)
+    ]
     if order == -1 and "numbers" in layout:
         parts = [p.replace("Segment 1", "Segment 3") for p in parts]
         return
@@ -284,7 +291,9 @@ def test_approach_and_retract_side_by_side(tmp_path, titles, turned):
     order = ["z", "Z", *signals] if kind != "x" else ["z", "f", "Z", "F"]
     if kind == "x":
         titles = "Approach\t\tRetract\t\nZ (nm)\tForce (nN)\tZ (nm)\tForce (nN)"
-    columns = {c: COLUMNS[c][:: -1 if turned and c.isupper() else 1] * (1e3 if kind == "p" and c in "fF" else 1) for c in order}
+    columns = {
+        c: COLUMNS[c][:: -1 if turned and c.isupper() else 1] * (1e3 if kind == "p" and c in "fF" else 1) for c in order
+    }
     lines = "\n".join("\t".join(f"{v:.8g}" for v in row) for row in zip(*columns.values(), strict=True))
     path = written(tmp_path / "c.txt", f"{titles}\n{lines}\n")
     curve = read_curve(path, spring_constant=K, **({"sensitivity": SENSITIVITY} if kind == "v" else {}))
@@ -294,15 +303,24 @@ def test_approach_and_retract_side_by_side(tmp_path, titles, turned):
 
 TESTS = {
     "numbers behind": ("Depth 1 (nm)\tLoad 1 (nN)\tDepth 2 (nm)\tLoad 2 (nN)\tDepth 3 (nm)\tLoad 3 (nN)", "dfdfdf"),
-    "numbers before": ("Test 1 Depth (nm)\tTest 1 Load (nN)\tTest 2 Depth (nm)\tTest 2 Load (nN)\tTest 3 Depth (nm)\tTest 3 Load (nN)", "dfdfdf"),
+    "numbers before": (
+        "Test 1 Depth (nm)\tTest 1 Load (nN)\tTest 2 Depth (nm)\tTest 2 Load (nN)\tTest 3 Depth (nm)\tTest 3 Load (nN)",
+        "dfdfdf",
+    ),
     "underscores": ("depth_1_nm\tload_1_nN\tdepth_2_nm\tload_2_nN\tdepth_3_nm\tload_3_nN", "dfdfdf"),
     "same titles": ("Depth (nm)\tLoad (nN)\tDepth (nm)\tLoad (nN)\tDepth (nm)\tLoad (nN)", "dfdfdf"),
     "pandas": ("depth (nm)\tforce (nN)\tdepth (nm).1\tforce (nN).1\tdepth (nm).2\tforce (nN).2", "dfdfdf"),
     "sorted": ("Depth 1 (nm)\tDepth 2 (nm)\tDepth 3 (nm)\tLoad 1 (nN)\tLoad 2 (nN)\tLoad 3 (nN)", "dddfff"),
     "one time": ("Time (s)\tDepth (nm)\tLoad (nN)\tDepth (nm)\tLoad (nN)\tDepth (nm)\tLoad (nN)", "tdfdfdf"),
     "times": ("t (s)\th (nm)\tP (nN)\tt (s)\th (nm)\tP (nN)\tt (s)\th (nm)\tP (nN)", "tdftdftdf"),
-    "two rows of titles": ("Test 1\t\tTest 2\t\tTest 3\t\nDepth\tLoad\tDepth\tLoad\tDepth\tLoad\nnm\tnN\tnm\tnN\tnm\tnN", "dfdfdf"),
-    "empty between": ("Depth (nm)\tLoad (nN)\t\tDepth (nm)\tLoad (nN)\t\tDepth (nm)\tLoad (nN)", ["d", "f", "**", "d", "f", "**", "d", "f"]),
+    "two rows of titles": (
+        "Test 1\t\tTest 2\t\tTest 3\t\nDepth\tLoad\tDepth\tLoad\tDepth\tLoad\nnm\tnN\tnm\tnN\tnm\tnN",
+        "dfdfdf",
+    ),
+    "empty between": (
+        "Depth (nm)\tLoad (nN)\t\tDepth (nm)\tLoad (nN)\t\tDepth (nm)\tLoad (nN)",
+        ["d", "f", "**", "d", "f", "**", "d", "f"],
+    ),
 }
 
 

@@ -38,6 +38,7 @@ SIGNALS = (
 )
 ROLES = {role: _DIMENSIONS[about["dimension"]] for role, about in WORDS["roles"].items()}
 """What a column can be, and its dimension."""
+FORCES, POSITIONS = {"force", "deflection"}, {"depth", "piezo"}
 _UNITS = {unit for kind in (*_DIMENSIONS, "signal") for unit in WORDS["units"][kind]}
 
 WAYS = {word for way in ("forth", "hold", "back") for word in WORDS["segments"][way]}
@@ -78,6 +79,8 @@ class Table:
     """Number of the segment of each row, where the file sets segments apart."""
     ways: tuple[str, ...] = ()
     """Way of each segment: "forth", "hold", "back", or "" where the file does not say."""
+    numbers: tuple[int | None, ...] = ()
+    """Number of each segment that is a block of the file."""
     segmented: str = "blocks of the file"
     """What sets segments apart."""
     outwards: bool = False
@@ -199,11 +202,16 @@ def recognised(names: Sequence[str], given: Sequence[str | None], role: str, tak
     return [i for i in by_unit if fits(given[i], ROLES[role])] or wrong[:1]
 
 
+def roles_of(titles: Iterable[tuple[str, str | None]]) -> set[str]:
+    """What there is among columns, by name and unit."""
+    names, given = zip(*titles, strict=True)
+    return {role for role in ROLES if recognised(names, given, role, set())}
+
+
 def names_a_curve(titles: Iterable[tuple[str, str | None]]) -> bool:
     """Whether columns, by name and unit, are a force or deflection and a position."""
-    names, given = zip(*titles, strict=True)
-    has = {role for role in ROLES if recognised(names, given, role, set())}
-    return bool(has & {"force", "deflection"} and has & {"depth", "piezo"})
+    roles = roles_of(titles)
+    return bool(roles & FORCES and roles & POSITIONS)
 
 
 def fits(unit: str | None, dimension: units.Dimension) -> bool:

@@ -4,94 +4,83 @@ from __future__ import annotations
 
 import re
 from bisect import bisect
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from flatpunch.fit.measured.calibration import constants_in
-from flatpunch.fit.measured.columns import WAYS, WORDS, Constants, Table, listed, names_a_curve, split_name, way_of, words
+from flatpunch.fit.measured.columns import (
+    WAYS,
+    WORDS,
+    Constants,
+    Table,
+    listed,
+    names_a_curve,
+    split_name,
+    way_of,
+    words,
+)
 from flatpunch.fit.measured.curve import FEWEST
 
 Row = list[object]
 
 NUMBER = re.compile(r"[+-]?[\d.,]*\d[.,]?(?:[eE][+-]?\d+)?|nan|NaN")
 """A number with any decimal mark."""
+_PLAIN = re.compile(r"(?=.*\d)[-+.,;\s\deE]+")
+"""A line with nothing but numbers."""
 _LABEL = re.compile(r"[#%\s]*([^:=\t]*?)\s*[:=\t]\s*(.*?)\s*$")
 _UNIT = re.compile(r"[A-Za-zµμ%°]{1,4}(?:[/^*][A-Za-zµμ0-9]{1,4})?|[^\x00-\x7f]{1,2}[A-Za-z]?")
 
 
-def tables_of(
-    source: str, rows: list[Row], lines: Sequence[str], others: Callable[[int, int], Row | None] | None = None
-) -> list[Table]:
-    """Tables among rows of cells.
+def tables_of(source: str, rows: list[Row], lines: Sequence[str]) -> list[Table]:
+    """Tables among rows of cells: numbers, text, None.
 
     Rows that follow words and titles are another table, or the next segment of the one before where these say so. Comments, blank
     rows and single cells are no end of a table; words without titles are a break in it.
-
-    Parameters
-    ----------
-    source : str
-        Name of the file or sheet.
-    rows : list of list
-        Cells: numbers, text, None.
-    lines : sequence of str
-        The rows as lines.
-    others : callable, optional
-        Cells of a row, by its number and how many there must be, if it is divided in another way than the others.
     """
     tables: list[Table] = []
     for run, start in _runs(rows, lines):
-        width = int(np.median([len(rows[i]) for i in run]))
+        last = tables[-1] if tables else None
         above = [i for i in range(start, run[0]) if any(map(_filled, rows[i]))]
-        ways = [[rows[i] for i in above]] + ([[others(i, width) or rows[i] for i in above]] if others else [])
-        titles = [_titles(way, width) for way in ways]
-        # titles may be divided in another way than numbers
-        names, units = max(titles, key=lambda found: (_name_a_curve(found[0]), len(found[0]) == width, found is titles[0]))
-        if not _name_a_curve(names):
-            names, units = titles[0]
-        (number, way), last = _segment([lines[i] for i in above]), tables[-1] if tables else None
-        width = max(width, len(names))
-        whole = run if len(rows[run[-1]]) >= min(width, len(rows[run[0]])) else run[:-1]
-        body = np.array([(rows[i] + [""] * width)[:width] for i in whole], dtype=object)
-        blank = [i for i in range(run[0], run[-1]) if not any(map(_filled, rows[i]))]
-        breaks = sorted({bisect(whole, i) for i in blank} - {0, len(whole)})
-        if last is not None and not names and not (way or number is not None):
-            at = len(last.rows)
-            more = _alike(body, len(last.names))
-            tables[-1] = replace(
-                last, rows=np.concatenate([last.rows, more]), breaks=(*last.breaks, at, *(at + i for i in breaks))
-            )
-            continue
-        pairs = [split_name(str(name or "")) for name in names or [f"column {i}" for i in range(width)]]
-        if last is not None and not names:
-            pairs, body = list(zip(last.names, last.units, strict=True)), _alike(body, len(last.names))
-        own = [
-            str(units[i]).strip("()[] ") if i < len(units) and _filled(units[i]) else u for i, (_, u) in enumerate(pairs)
-        ]
-        constants = constants_in([lines[i] for i in above])
+        (number, way), head = _segment([lines[i] for i in above]), [lines[i] for i in above]
+        titles, given = _titles([rows[i] for i in above], head, int(np.median([len(rows[i]) for i in run])))
+        body = [rows[i] for i in (run if len(rows[run[-1]]) >= len(rows[run[0]]) else run[:-1])]
+        blank = (bisect(run, i) for i in range(run[0], run[-1]) if not any(map(_filled, rows[i])))
+        breaks = tuple(sorted({*blank} - {0, len(body)}))
+        if titles or last is None:
+            titles = titles or [f"column {i}" for i in range(max(map(len, body)))]
+            pairs = [split_name(str(title or "")) for title in titles]
+            own = [str(unit or "").strip("()[] ") for unit in given] + [""] * len(pairs)
+            units = tuple(mine or unit for mine, (_, unit) in zip(own, pairs, strict=False))
+            names = tuple(name for name, _ in pairs)
+        else:
+            names, units = last.names, last.units
+        constants = constants_in(head)
         if constants == Constants() and tables:
             constants = tables[0].constants
-        first = run[0] + 1
-        table = Table(source, tuple(n for n, _ in pairs), tuple(own), body, first, tuple(breaks), constants)
-        table = replace(table, ways=(way,), meta={"numbers": [number]})
-        if last is not None and _goes_on(last, number, way):
+        cells = np.array([(row + [""] * len(names))[: len(names)] for row in body], dtype=object)
+        table = Table(source, names, units, cells, run[0] + 1, breaks, constants, ways=(way,), numbers=(number,))
+        if last is not None and not titles and not way and number is None:
+            at = len(last.rows)
+            breaks = (*last.breaks, at, *(at + i for i in breaks))
+            tables[-1] = replace(last, rows=np.concatenate([last.rows, cells]), breaks=breaks)
+        elif last is not None and _goes_on(last, number, way):
             tables[-1] = _joined(last, table)
         else:
             tables.append(table)
-    names = [source] if len(tables) == 1 else [f"{source}, block {i + 1}" for i in range(len(tables))]
+    names = (source,) if len(tables) == 1 else tuple(f"{source}, block {i + 1}" for i in range(len(tables)))
     return [_in_order(replace(table, source=name)) for table, name in zip(tables, names, strict=True)]
 
 
 def _in_order(table: Table) -> Table:
     """A table whose segments count up as the file numbers them."""
-    numbers = table.meta["numbers"]
     if table.segment is None:
-        return replace(table, meta={}, ways=())
-    order = np.argsort(numbers) if None not in numbers else np.arange(len(numbers))
+        return replace(table, ways=())
+    order = np.arange(len(table.ways)) if None in table.numbers else np.argsort(np.array(table.numbers, dtype=float))
     rank = np.argsort(order).astype(float)
-    return replace(table, meta={}, segment=rank[table.segment.astype(int)], ways=tuple(table.ways[i] for i in order))
+    return replace(table, segment=rank[table.segment.astype(int)], ways=tuple(table.ways[i] for i in order))
 
 
 def _filled(cell: object) -> bool:
@@ -104,7 +93,12 @@ def _is_number(cell: object) -> bool:
 
 def _runs(rows: list[Row], lines: Sequence[str]) -> list[tuple[list[int], int]]:
     """Runs of rows of numbers, each with the row at which what belongs to it begins."""
-    counts = [(sum(map(_is_number, row)), sum(map(_filled, row))) for row in rows]
+    filled = [len(row) - row.count("") - row.count(None) for row in rows]
+    numbers = [
+        n if _PLAIN.fullmatch(line) else sum(map(_is_number, row))
+        for n, line, row in zip(filled, lines, rows, strict=True)
+    ]
+    counts = list(zip(numbers, filled, strict=True))
     # a column of words, such as names of segments, is the lesser part of a row, or there is nothing else
     found = [i for i, (n, all_) in enumerate(counts) if n >= 2 and 2 * n > all_]
     found = found if len(found) > 1 else [i for i, (n, _) in enumerate(counts) if n >= 2]
@@ -136,7 +130,7 @@ def _label(line: str) -> tuple[str, str]:
 def _labels(line: str) -> bool:
     """Whether a comment is one of titles or of a segment."""
     name, value = _label(line)
-    return listed(name, (f"= {WORDS['lines']['titles']}",)) or _segment([line]) != (None, "") and bool(name or value)
+    return listed(name, (f"= {WORDS['lines']['titles']}",)) or (_segment([line]) != (None, "") and bool(name or value))
 
 
 def _segment(lines: Sequence[str]) -> tuple[int | None, str]:
@@ -156,18 +150,11 @@ def _segment(lines: Sequence[str]) -> tuple[int | None, str]:
 
 def _goes_on(last: Table, number: int | None, way: str) -> bool:
     """Whether a block is another segment of the cycle before it."""
-    numbers, ways = last.meta["numbers"], last.ways
-    if number is not None and None not in numbers:
-        return number not in numbers
+    if number is not None and None not in last.numbers:
+        return number not in last.numbers
     if way == "forth":
-        return ways == ("back",) or (ways[-1] == "hold" and "back" not in ways)
-    return way == "hold" or (way == "back" and "back" not in ways)
-
-
-def _alike(body: np.ndarray, width: int) -> np.ndarray:
-    """Rows with another number of cells."""
-    empty = np.full((len(body), max(width - body.shape[1], 0)), "", dtype=object)
-    return np.concatenate([body, empty], axis=1)[:, :width]
+        return last.ways == ("back",) or (last.ways[-1] == "hold" and "back" not in last.ways)
+    return way == "hold" or (way == "back" and "back" not in last.ways)
 
 
 def _joined(table: Table, more: Table) -> Table:
@@ -181,11 +168,11 @@ def _joined(table: Table, more: Table) -> Table:
         rows=np.concatenate([table.rows, rows]),
         segment=np.concatenate([before, np.full(len(rows), before[-1] + 1)]),
         ways=(*table.ways, *more.ways),
-        meta={"numbers": table.meta["numbers"] + more.meta["numbers"]},
+        numbers=(*table.numbers, *more.numbers),
     )
 
 
-def _titles(above: list[Row], width: int) -> tuple[Row, Row]:
+def _titles(above: list[Row], lines: Sequence[str], width: int) -> tuple[Row, Row]:
     """Titles and the row of units below them, each empty if there is none.
 
     The last row counts that has a column of a force or deflection and one of a position, else the last one. A row above titles
@@ -194,19 +181,27 @@ def _titles(above: list[Row], width: int) -> tuple[Row, Row]:
     labelled = {name: cells for name, cells in map(_labelled, above) if name and len(cells) >= width}
     if "titles" in labelled:
         return labelled["titles"], labelled.get("units", [])
+    above = [row if len(row) == width else _divided(line, width) or row for row, line in zip(above, lines, strict=True)]
     rows = [[re.sub(r"^[#%]+\s*", "", c) if isinstance(c, str) else c for c in row] for row in above]
     rows = [row if len(row) >= width else ["", *row] for row in rows if len(row) >= max(width - 1, 2)]
     if not rows:
         return [], []
     named = [i for i, row in enumerate(rows) if _name_a_curve(row)]
     at = named[-1] if named else len(rows) - 1 - (len(rows) > 1 and _are_units(rows[-1]))
-    titles, sides = rows[at], rows[at - 1] if at else []
-    if len({*map(str, filter(_filled, titles))}) < sum(map(_filled, titles)) and sum(map(bool, map(way_of, map(str, sides)))) > 1:
-        side = ""
-        for i, title in enumerate(titles):
-            side = str(sides[i]) if i < len(sides) and _filled(sides[i]) else side
-            titles[i] = f"{side} {title}" if _filled(title) else title
+    titles, sides = rows[at], [str(cell or "") for cell in rows[at - 1]] if at else []
+    if sum(map(bool, map(way_of, sides))) > 1 and len({*map(str, titles)}) < len(titles):
+        beside = [max((i for i in range(min(at + 1, len(sides))) if sides[i]), default=0) for at in range(len(titles))]
+        titles = [f"{sides[i]} {title}" if _filled(title) else title for i, title in zip(beside, titles, strict=True)]
     return titles, next((row for row in rows[at + 1 :] if _are_units(row)), [])
+
+
+def _divided(line: str, width: int) -> Row | None:
+    """Titles that are divided in another way than the numbers below them."""
+    ways = (
+        [cell.strip() for cell in re.split(mark, line.strip())]
+        for mark in (r"\t", ";", ",", r"\s{2,}", r"\s+(?![(\[])")
+    )
+    return next((list(row) for row in ways if len(row) == width and _name_a_curve(list(row))), None)
 
 
 def _name_a_curve(row: Row) -> bool:

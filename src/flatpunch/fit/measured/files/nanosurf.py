@@ -46,7 +46,9 @@ def nanosurf_tables(path: Path) -> list[Table]:
     tables = []
     for number in range(len(there[height])):
         parts = [way for way in (there, back) if number < len(way.get(_DEFLECTION, ()))]
-        columns = [np.concatenate([np.asarray(part[n][number], float) for part in parts]) for n in (height, _DEFLECTION)]
+        columns = [
+            np.concatenate([np.asarray(part[n][number], float) for part in parts]) for n in (height, _DEFLECTION)
+        ]
         tables.append(
             Table(
                 f"{path.name}, curve {number}",

@@ -24,14 +24,8 @@ _GROUPS = {
 def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     """Tables of a text file."""
     lines = _lines(path)
-    marks = _marks(lines, decimal)
-    rows = [_cells(line, marks[0], decimal) for line in lines]
-
-    def others(at: int, width: int) -> Row | None:
-        found = (row for mark in marks if len(row := _cells(lines[at], mark, decimal)) >= width)
-        return next(found, None)
-
-    tables = tables_of(path.name, rows, lines, others)
+    mark = _mark(lines, decimal)
+    tables = tables_of(path.name, [_cells(line, mark, decimal) for line in lines], lines)
     if not tables:
         raise CurveError(
             f"{path.name}: no rows of numbers found. Text files need a line of titles, then one row a point."
@@ -59,13 +53,12 @@ def _lines(path: Path) -> list[str]:
     return text.splitlines()
 
 
-def _marks(lines: list[str], decimal: str) -> list[str]:
-    """Marks between columns, first the one between numbers: tab, semicolon or comma if rows have them, else white space."""
+def _mark(lines: list[str], decimal: str) -> str:
+    """Mark between columns: tab, semicolon or comma if rows have them, else white space."""
     body = [line for line in lines if re.search(r"\d", line)]
     sample = body[len(body) // 2 :][:50] or lines[:50]
-    known = ["\t", ";", *([","] if decimal == "." else [])]
-    first = next((mark for mark in known if sum(mark in line for line in sample) > 0.8 * len(sample)), " ")
-    return [first, *(mark for mark in (*known, "  ", " ") if mark != first)]
+    known = ("\t", ";", *([","] if decimal == "." else []))
+    return next((mark for mark in known if sum(mark in line for line in sample) > 0.8 * len(sample)), " ")
 
 
 def _cells(line: str, mark: str, decimal: str) -> Row:
@@ -73,8 +66,6 @@ def _cells(line: str, mark: str, decimal: str) -> Row:
         # a unit in brackets belongs to the title before it, the mark of a comment to the word after it
         line = re.sub(r"(?<=[^\s)\]])\s+(?=[(\[])|(?<=[#%])\s+", "", line) if re.search(r"[(\[#%]", line) else line
         cells = line.split()
-    elif mark == "  ":
-        cells = re.split(r"\s{2,}", line.strip())
     else:
         divided = next(csv.reader([line], delimiter=mark), []) if '"' in line else line.split(mark) if line else []
         cells = [cell.strip() for cell in divided]
