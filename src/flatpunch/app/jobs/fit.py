@@ -57,7 +57,7 @@ def preview(fields: Mapping[str, str], upload: Upload) -> Plain:
         with upload.written() as path:
             if path.suffix.lower() in (*TEXT, *EXCEL) and not reading.get("sensitivity"):
                 # large files are read once
-                tables = tables_in(path, reading["columns"], reading["decimal"], reading["sheet"])
+                tables = tables_in(path, **{name: reading[name] for name in ("columns", "decimal", "sheet")})
                 found |= {"count": len(tables), **_columns(tables, reading)}
             else:
                 tables = ()

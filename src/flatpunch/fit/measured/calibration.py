@@ -16,7 +16,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.files import units
-from flatpunch.fit.measured.columns import STIFFNESS, WORDS, Constants, listed, si_scale, signal_size, words
+from flatpunch.fit.measured.columns import SIGNALS, STIFFNESS, WORDS, Constants, listed, scale_of, words
 from flatpunch.fit.measured.curve import Curve, CurveError
 
 PRINTED = 1e-3
@@ -45,14 +45,10 @@ def _in_si(name: str, number: float, unit: str | None) -> float | None:
     """A constant in N/m, m/V or m/A; None where its unit is another, or the number is none of such."""
     if not number > 0 or unit is None:
         return number if number > 0 else None
-    try:
-        if name == "spring_constant":
-            return number * si_scale(unit, STIFFNESS)
-        length, _, signal = unit.partition("/")
-        size = signal_size(signal)
-        return None if size is None else number * si_scale(length, units.LENGTH) / size
-    except ValueError:
-        return None
+    length, _, signal = unit.partition("/")
+    if name == "spring_constant":
+        return number * (scale_of(unit, STIFFNESS) or 0.0)
+    return number * (scale_of(length, units.LENGTH) or 0.0) / (scale_of(signal, *SIGNALS) or np.inf)
 
 
 def ratio_of(force: Array, deflection: Array) -> float | None:

@@ -150,11 +150,11 @@ def si_scale(unit: str, dimension: units.Dimension) -> float:
     return units.to_si(f"1 {f'u{dimension.unit}' if plain in WORDS['units']['swallowed'] else plain}", dimension)
 
 
-def signal_size(unit: str) -> float | None:
-    """Size of a unit of a detector's signal, in V or A; None for other units."""
-    for dimension in SIGNALS:
+def scale_of(unit: str | None, *dimensions: units.Dimension) -> float | None:
+    """SI value of one unit, of the first kind that it is of; None where it is of another, or there is none."""
+    for dimension in dimensions if unit else ():
         try:
-            return si_scale(unit, dimension)
+            return si_scale(str(unit), dimension)
         except ValueError:
             continue
     return None
@@ -195,11 +195,11 @@ def recognised(names: Sequence[str], given: Sequence[str | None], role: str, tak
     wrong: list[int] = []
     for entries in about["titles"]:
         hits = [i for i in free if listed(names[i], entries)]
-        if right := [i for i in hits if fits(given[i], ROLES[role])]:
+        if right := [i for i in hits if not given[i] or scale_of(given[i], ROLES[role])]:
             return right
         wrong += hits
-    by_unit = [i for i in free if given[i] and listed(names[i], about.get("by_unit", ()))]
-    return [i for i in by_unit if fits(given[i], ROLES[role])] or wrong[:1]
+    by_unit = [i for i in free if listed(names[i], about.get("by_unit", ()))]
+    return [i for i in by_unit if scale_of(given[i], ROLES[role])] or wrong[:1]
 
 
 def roles_of(titles: Iterable[tuple[str, str | None]]) -> set[str]:
@@ -212,14 +212,6 @@ def names_a_curve(titles: Iterable[tuple[str, str | None]]) -> bool:
     """Whether columns, by name and unit, are a force or deflection and a position."""
     roles = roles_of(titles)
     return bool(roles & FORCES and roles & POSITIONS)
-
-
-def fits(unit: str | None, dimension: units.Dimension) -> bool:
-    """Whether a unit is of a kind; none fits all."""
-    try:
-        return unit is None or si_scale(unit, dimension) > 0
-    except ValueError:
-        return False
 
 
 def check_title(role: str, title: object) -> None:
@@ -259,7 +251,7 @@ def in_si(
             f"{table.source}: column {name!r} ({role}) has no unit. Write it into the header, '{name} ({usual})', or into the "
             f'case file, [curve.units] {role} = "{usual}" (Python: units={{{role!r}: {usual!r}}}).'
         )
-    if role == "deflection" and (signal := signal_size(unit)) is not None:
+    if role == "deflection" and (signal := scale_of(unit, *SIGNALS)) is not None:
         if sensitivity is None:
             raise CurveError(
                 f"{table.source}: column {name!r} (deflection) is a signal ({unit}); a length needs the sensitivity. Write "
@@ -295,14 +287,3 @@ def _number(cell: Any) -> float:
         return float(cell)
     except (TypeError, ValueError):
         return float("nan")
-
-
-def is_signal(table: Table, index: int, given: Mapping[str, str] | None) -> bool:
-    """Whether a column is a voltage or a current."""
-    return signal_size((given or {}).get("deflection") or table.units[index] or "1") is not None
-
-
-def is_length(table: Table, positions: Mapping[str, int], given: Mapping[str, str] | None) -> bool:
-    """Whether there is a column of deflections that are lengths."""
-    at = positions.get("deflection")
-    return at is not None and fits((given or {}).get("deflection") or table.units[at] or "1", units.LENGTH)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from flatpunch.fit.measured.columns import Constants, Table
 from flatpunch.fit.measured.curve import CurveError
-
-_DEFLECTION, _HEIGHTS = "Deflection", ("Z-Axis Sensor", "Z-Axis")
 
 
 def nanosurf_tables(path: Path) -> list[Table]:
@@ -26,38 +25,24 @@ def nanosurf_tables(path: Path) -> list[Table]:
         raise CurveError(f"{path.name}: reading it needs NSFopen: pip install 'flatpunch[nanosurf]'.") from None
     try:
         file = read(str(path), dataframe=False)
-        ways = file.data.get("Spec", {})
-        header = file.param["HeaderDump"]
+        ways, header = file.data.get("Spec", {}), file.param["HeaderDump"].values()
         spring = file.param["Tip"].get("Prop0", {}).get("Value")
+        units = {h["Dim2Name"]: h["Dim2Unit"] for h in header if "Spec" in h.get("Frame", "")}
     # NSFopen indexes and unpacks damaged bytes unchecked: KeyError, IndexError, struct.error, ...
     except Exception:
         raise CurveError(
             f"{path.name}: NSFopen cannot read it. It is damaged, or no file of a Nanosurf microscope."
         ) from None
-    there, back = (ways.get(way, {}) for way in ("Forward", "Backward"))
-    height = next((name for name in _HEIGHTS if name in there), None)
-    if height is None or _DEFLECTION not in there:
-        raise CurveError(
-            f"{path.name}: no force curves: no channels of spectroscopy with {_DEFLECTION!r} and {_HEIGHTS[0]!r}."
-        )
-    channels = [h for h in header.values() if h.get("Dim2Name") == _DEFLECTION and "Spec" in h.get("Frame", "")]
-    unit = next((h["Dim2Unit"] for h in channels), None)
+    parts = [(way, ways[name]) for way, name in (("forth", "Forward"), ("back", "Backward")) if name in ways]
+    names = tuple(name for name in units if parts and all(name in part for _, part in parts))
+    if not names:
+        raise CurveError(f"{path.name}: no force curves: no channels of spectroscopy.")
     constants = Constants(spring if isinstance(spring, float) and spring > 0 else None)
     tables = []
-    for number in range(len(there[height])):
-        parts = [way for way in (there, back) if number < len(way.get(_DEFLECTION, ()))]
-        columns = [
-            np.concatenate([np.asarray(part[n][number], float) for part in parts]) for n in (height, _DEFLECTION)
-        ]
-        tables.append(
-            Table(
-                f"{path.name}, curve {number}",
-                (height, _DEFLECTION),
-                ("m", unit),
-                np.column_stack(columns),
-                constants=constants,
-                segment=np.repeat(np.arange(float(len(parts))), [len(part[height][number]) for part in parts]),
-                ways=("forth", "back")[: len(parts)],
-            )
-        )
+    for number in range(len(parts[0][1][names[0]])):
+        there = [(way, [part[name][number] for name in names]) for way, part in parts if number < len(part[names[0]])]
+        rows = [np.column_stack([np.asarray(column, dtype=float) for column in columns]) for _, columns in there]
+        segment = np.repeat(np.arange(float(len(rows))), [len(part) for part in rows])
+        table = Table(f"{path.name}, curve {number}", names, tuple(units[name] for name in names), np.concatenate(rows))
+        tables.append(replace(table, constants=constants, segment=segment, ways=tuple(way for way, _ in there)))
     return tables

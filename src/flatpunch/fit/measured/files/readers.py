@@ -21,9 +21,11 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue, non_negative, positive, shown, switch, whole
 from flatpunch._support.kinds import mapping, one_of
 from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, shown_path
+from flatpunch.files.units import LENGTH, Dimension
 from flatpunch.fit.measured.calibration import PRINTED, calibrated, ratio_of
 from flatpunch.fit.measured.columns import (
     ROLES,
+    SIGNALS,
     WORDS,
     Constants,
     Table,
@@ -31,8 +33,7 @@ from flatpunch.fit.measured.columns import (
     chosen_columns,
     column_numbers,
     in_si,
-    is_length,
-    is_signal,
+    scale_of,
     split_name,
 )
 from flatpunch.fit.measured.curve import Curve, CurveError
@@ -47,6 +48,8 @@ TEXT, EXCEL, AFM = (tuple(WORDS["files"][kind]) for kind in ("text", "excel", "a
 AFM += tuple(WORDS["files"]["nanosurf"])
 """Endings of files; exports of some instruments have none."""
 _NANOSCOPE = re.compile(r"\.(spm|pfc|[0-9]{3})")  # endings of Bruker's files
+CONSTANTS = {"spring constant": "spring_constant", "sensitivity": "sensitivity"}
+UNTITLED = ("column 0", "column 1", "column 2")
 CLIPPED = 0.1
 """Share of readings at the very least depth above which the depth was not measured before the contact."""
 KEPT = 20_000_000
@@ -136,7 +139,7 @@ def read_curve(
     for role in mapping("units", units, '{"force": "nN"}'):
         one_of("units", role, ROLES, wrong="is no kind of column", error=CurveError)
     spread = _calibration(calibration)
-    tables = tables_in(path, columns, decimal, sheet, spring_constant, **afm)
+    tables = tables_in(path, columns=columns, decimal=decimal, sheet=sheet, spring_constant=spring_constant, **afm)
     at = _only(path, tables, index)
     name, sensitivity = f"{path.stem}-{at}" if at else path.stem, afm.get("sensitivity")
     curve = curve_of(
@@ -172,41 +175,27 @@ def _only(path: Path, found: Sequence[Table], index: int | None) -> int:
     return index or 0
 
 
-def curves_in(
-    path: str | Path,
-    *,
-    spring_constant: float | None = None,
-    columns: Mapping[str, str | int] | None = None,
-    decimal: str = ".",
-    sheet: str | None = None,
-    **reading: Any,
-) -> int:
+def curves_in(path: str | Path, **reading: Any) -> int:
     """Number of curves in a file: a force map, a workbook of tests, blocks one below the other.
 
     Parameters
     ----------
     path : path
         The file.
-    spring_constant, columns, decimal, sheet, **reading
+    **reading
         As for `read_curve`.
     """
     path = as_path("path", path)
     if not is_file(path) or path.suffix.lower() not in (*EXCEL, *TEXT, *AFM, ".zip"):
         return 1
-    afm = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
-    return len(tables_in(path, columns, decimal, sheet, spring_constant, **afm))
+    known = ("columns", "decimal", "sheet", "spring_constant", "sensitivity", "height")
+    return len(tables_in(path, **{name: reading[name] for name in known if name in reading}))
 
 
 def tables_in(
-    path: Path,
-    columns: Mapping[str, str | int] | None,
-    decimal: str,
-    sheet: str | None,
-    spring_constant: float | None = None,
-    sensitivity: float | None = None,
-    height: str | None = None,
+    path: Path, *, columns: Mapping[str, str | int] | None = None, decimal: str = ".", **how: Any
 ) -> Sequence[Table]:
-    """Return all curves of a file as tables; those of the last files are kept."""
+    """Return all curves of a file as tables, by arguments of `read_curve`; those of the last files are kept."""
     for role, title in mapping("columns", columns, '{"force": "Load"}').items():
         one_of("columns", role, ROLES, wrong="is no kind of column", error=CurveError)
         check_title(role, title)
@@ -215,45 +204,38 @@ def tables_in(
         changed = path.stat()
     except OSError as error:
         raise CurveError(f"{path}: not readable ({error.strerror or error}).") from None
-    wanted = None if columns is None else tuple(columns.items())
     read = _kept if changed.st_size < KEPT or path.suffix.lower() in AFM else _kept.__wrapped__
-    stamp = (changed.st_mtime_ns, changed.st_size)
-    return read(path, stamp, wanted, decimal, sheet, spring_constant, sensitivity, height)
+    wanted = tuple((columns or {}).items())
+    return read(path, (changed.st_mtime_ns, changed.st_size), columns=wanted, decimal=decimal, **how)
 
 
 @lru_cache(maxsize=2)
-def _kept(
-    path: Path,
-    changed: tuple[int, int],
-    columns: tuple[tuple[str, str | int], ...] | None,
-    decimal: str,
-    sheet: str | None,
-    spring_constant: float | None,
-    sensitivity: float | None,
-    height: str | None,
-) -> Sequence[Table]:
-    wanted, kind = None if columns is None else dict(columns), path.suffix.lower()
+def _kept(path: Path, changed: tuple[int, int], **how: Any) -> Sequence[Table]:
+    kind, wanted, decimal = path.suffix.lower(), dict(how["columns"]), how["decimal"]
+    given = {name: how[key] for name, key in CONSTANTS.items() if how.get(key)}
     if kind in WORDS["files"]["nanosurf"]:
         return nanosurf_tables(path)
-    if kind in AFM or height is not None:
-        constants = {"spring constant": spring_constant, "sensitivity": sensitivity}
-        return AfmTables(path, {name: value for name, value in constants.items() if value}, height or MEASURED)
+    if kind in AFM or how.get("height") is not None:
+        return AfmTables(path, given, how.get("height") or MEASURED)
     if kind == ".zip":
-        return _members(path, (columns, decimal, sheet, spring_constant, sensitivity, height))
+        return _members(path, how)
     if kind in EXCEL:
-        tables = excel_tables(path, sheet)
+        tables = excel_tables(path, how.get("sheet"))
     elif kind in TEXT or _NANOSCOPE.fullmatch(kind):
         # text exports of NanoScope are read, its binary files are named for what they are
         tables = text_tables(path, decimal)
-        if sensitivity and not columns and all(len(t.names) == 3 and t.names[0] == "column 0" for t in tables):
+        if "sensitivity" in given and not wanted and all(t.names == UNTITLED for t in tables):
             tables = [_untitled(t) for t in text_tables(path, ",")]
     else:
         known = ", ".join(filter(None, (*TEXT, *EXCEL, *AFM)))
         raise CurveError(f"{path}: the ending {shown(kind)} is none of those that are read: {known}.")
-    return tuple(test for table in curves_among(tables, wanted) for test in tests_in(table, wanted))
+    try:
+        return tuple(test for table in curves_among(tables, wanted) for test in tests_in(table, wanted))
+    except CurveError as error:
+        raise CurveError(f"{path.name}: {error}") from None
 
 
-def _members(path: Path, reading: tuple[Any, ...]) -> Sequence[Table]:
+def _members(path: Path, how: dict[str, Any]) -> Sequence[Table]:
     """Curves of the files of an archive, in the order of their names; texts and sheets that are none are left out."""
     try:
         check_archive(path)
@@ -264,13 +246,13 @@ def _members(path: Path, reading: tuple[Any, ...]) -> Sequence[Table]:
         for file in files:
             if file.suffix.lower() in (*TEXT, *EXCEL, *AFM):
                 try:
-                    tables += _kept.__wrapped__(file, (0, 0), *reading)
+                    tables += _kept.__wrapped__(file, (0, 0), **how)
                 except UnknownFormat:
                     raise
                 except CurveError:
                     # a text without rows of numbers beside the curves
                     continue
-    return curves_among(tables, dict(reading[0] or ()))
+    return curves_among(tables, dict(how["columns"]))
 
 
 def _untitled(table: Table) -> Table:
@@ -309,10 +291,10 @@ def curve_of(
         if np.mean(depth == np.nanmin(depth)) > CLIPPED:
             # instruments that count the depth from the contact write zero before it
             roles = ("piezo", roles[1])
-    if own.spring_constant is None and spring_constant is not None and is_length(table, positions, units):
+    if own.spring_constant is None and spring_constant is not None and _bent(table, positions, units, LENGTH):
         # no constant relates the forces of the file to its deflections: the deflections are what was measured
         roles = (roles[0], "deflection")
-    if "deflection" in roles and is_signal(table, positions["deflection"], units):
+    if "deflection" in roles and _bent(table, positions, units, *SIGNALS):
         own = replace(own, sensitivity=sensitivity or own.sensitivity, spring_constant=spring_constant or k)
         k = own.spring_constant
     data = {role: in_si(table, role, positions[role], units, own.sensitivity) for role in roles}
@@ -349,11 +331,17 @@ def curve_of(
     return calibrated(curve, own, spring_constant, sensitivity, inwards="piezo" in roles or table.outwards)
 
 
+def _bent(table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None, *kinds: Dimension) -> bool:
+    """Whether there is a column of deflections of a kind."""
+    at = positions.get("deflection")
+    return at is not None and scale_of((units or {}).get("deflection") or table.units[at], *kinds) is not None
+
+
 def _constants(
     table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None, given: float | None
 ) -> Constants:
     """Constants that a table was written with: the ratio of its forces to its deflections, or what is written above it."""
-    if "force" not in positions or not is_length(table, positions, units):
+    if "force" not in positions or not _bent(table, positions, units, LENGTH):
         return table.constants
     ratio = ratio_of(*(in_si(table, role, positions[role], units) for role in ("force", "deflection")))
     written = table.constants.spring_constant
