@@ -214,12 +214,10 @@ def test_segments_in_blocks(tmp_path, layout, turned, order):
         head + rows(c, sep, turned=t)
         for head, c, t in zip(SEGMENTS[layout], ("zf", "ZF"), (False, turned), strict=True)
     ]
-    if order == -1 and "numbers" in layout:
-        parts = [p.replace("Segment 1", "Segment 3") for p in parts]
-        return
     path = written(tmp_path / "c.txt", "".join(parts[::order]))
     assert curves_in(path) == 1
     curve = read_curve(path, spring_constant=K)
+    assert "segments from blocks of the file" in curve.meta["read"][0]
     holds(curve, *CYCLE)
     assert np.unique(curve.segment).tolist() == [0, 1]
 
@@ -388,6 +386,34 @@ def test_cycles_one_below_the_other(tmp_path):
     assert curves_in(path) == 3
     for i in range(3):
         holds(read_curve(path, index=i, spring_constant=K), *CYCLE)
+
+
+@pytest.mark.parametrize("last", ["Max\t5\t3\n", "END\n", "\n\n", "1.2\t3", "Mean: 7 nm\n"])
+def test_what_follows_the_readings_is_none(tmp_path, last):
+    path = written(tmp_path / "c.txt", "depth (nm)\tforce (nN)\ttime (s)\n" + rows("dft") + last)
+    holds(read_curve(path), *APPROACH)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_time_that_counts_rows_does_not_turn_a_retract_into_an_approach(tmp_path, turned):
+    """Retraces from free to deepest whose times go on."""
+    head = "# direction: {}\n# columns: height vDeflection time\n# units: nm nN s\n#\n"
+    lines = rows("ZFT", " ").splitlines()
+    if turned:
+        cells = [line.split() for line in lines]
+        lines = [" ".join([*there[:2], here[2]]) for there, here in zip(cells[::-1], cells, strict=True)]
+    path = written(
+        tmp_path / "c.txt", head.format("trace") + rows("zft", " ") + head.format("retrace") + "\n".join(lines)
+    )
+    curve = read_curve(path, spring_constant=K)
+    holds(curve, *CYCLE)
+    assert (np.diff(curve.time) > 0).all()
+
+
+def test_a_million_columns_are_refused(tmp_path):
+    path = written(tmp_path / "c.csv", ",".join(["depth (nm)"] * 10_000) + "\n" + (",".join("1" * 10_000) + "\n") * 12)
+    with pytest.raises(CurveError, match="10000 columns; at most 5000 are read"):
+        read_curve(path)
 
 
 def test_extend_pause_retract(tmp_path):

@@ -38,7 +38,7 @@ def constants_in(lines: Sequence[str]) -> Constants:
         if name is not None and (unit or words(match[1]) != ("k",)):
             value = _in_si(name, float(match[3].replace(",", ".")), unit)
             found |= {name: value} if value else {}
-    return Constants(**found)
+    return Constants(found.get("spring_constant"), found.get("sensitivity"))
 
 
 def _in_si(name: str, number: float, unit: str | None) -> float | None:

@@ -151,7 +151,8 @@ def _below(table: Table, columns: Wanted) -> list[Table]:
     edges: list[int] = []
     blocks = [0, *sorted(breaks - inside), way.size]
     # blank lines for readability, a spike, a single reading before the start, a number of each reading are none
-    for ends in ([at for at in jumps.tolist() if at not in inside], other.tolist()):
+    for found in (jumps, other):
+        ends = [at for at in found.tolist() if at not in inside]
         edges += ends if min(np.diff([0, *ends, way.size])) >= FEWEST else []
     for end in blocks[1:-1] if min(np.diff(blocks)) >= FEWEST else []:
         edges += [end] if _ends(way, max([0, *(e for e in edges if e < end)]), end, span) else []
@@ -204,7 +205,8 @@ def in_time(data: dict[str, Array], ways: tuple[str, ...]) -> dict[str, Array]:
     An approach ends in contact, and each segment begins where the one before it ended; times go on growing.
     """
     time, segment = data.get("time"), data.get("segment")
-    if segment is None or (time is not None and (np.diff(time) > 0).all()):
+    timed = time is not None and bool((np.diff(time) > 0).all())
+    if segment is None or (timed and "back" not in ways):
         return data
     way, force = (
         next(data[role] for role in roles if role in data) for roles in (("piezo", "depth"), ("force", "deflection"))
@@ -216,7 +218,7 @@ def in_time(data: dict[str, Array], ways: tuple[str, ...]) -> dict[str, Array]:
     order: list[Indices] = []
     for piece, each in pieces:
         if not order:
-            turned = each == "forth" and begins_free(force[piece[::-1]]) and not begins_free(force[piece])
+            turned = each == "forth" and not timed and begins_free(force[piece[::-1]]) and not begins_free(force[piece])
         else:
             first, last = (abs(way[piece[at]] - way[order[-1][-1]]) for at in (0, -1))
             turned = each in ("back", "") and last < first and first > np.ptp(way) / 2

@@ -52,7 +52,7 @@ class AfmTables(Sequence[Table]):
             tuple(names),
             tuple(_UNITS.get(name, "m") for name in names),
             np.column_stack(columns),
-            constants=Constants(*(_constant(known.get(name)) for name in ("spring constant", "sensitivity"))),
+            constants=Constants(_constant(known.get("spring constant")), _constant(known.get("sensitivity"))),
             segment=segment if several else None,
             ways=("forth", "back") if np.unique(segment).size == 2 else ("",) * np.unique(segment).size,
             outwards=True,

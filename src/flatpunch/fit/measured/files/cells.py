@@ -22,10 +22,12 @@ from flatpunch.fit.measured.columns import (
     way_of,
     words,
 )
-from flatpunch.fit.measured.curve import FEWEST
+from flatpunch.fit.measured.curve import FEWEST, CurveError
 
 Row = list[object]
 
+WIDEST = 5000
+"""Most columns of a table; as many tests side by side are compared with each other."""
 NUMBER = re.compile(r"[+-]?[\d.,]*\d[.,]?(?:[eE][+-]?\d+)?|nan|NaN")
 """A number with any decimal mark."""
 _PLAIN = re.compile(r"(?=.*\d)[-+.,;\s\deE]+")
@@ -40,13 +42,16 @@ def tables_of(source: str, rows: list[Row], lines: Sequence[str]) -> list[Table]
     Rows that follow words and titles are another table, or the next segment of the one before where these say so. Comments, blank
     rows and single cells are no end of a table; words without titles are a break in it.
     """
+    if (most := max(map(len, rows), default=0)) > WIDEST:
+        raise CurveError(f"{source}: {most} columns; at most {WIDEST} are read.")
     tables: list[Table] = []
     for run, start in _runs(rows, lines):
         last = tables[-1] if tables else None
         above = [i for i in range(start, run[0]) if any(map(_filled, rows[i]))]
         (number, way), head = _segment([lines[i] for i in above]), [lines[i] for i in above]
         titles, given = _titles([rows[i] for i in above], head, int(np.median([len(rows[i]) for i in run])))
-        body = [rows[i] for i in (run if len(rows[run[-1]]) >= len(rows[run[0]]) else run[:-1])]
+        # a last row that was cut off, or has words in the place of numbers, is none of the readings
+        body = [rows[i] for i in (run[:-1] if _is_less(rows[run[-1]], rows[run[-2]]) else run)]
         blank = (bisect(run, i) for i in range(run[0], run[-1]) if not any(map(_filled, rows[i])))
         breaks = tuple(sorted({*blank} - {0, len(body)}))
         if titles or last is None:
@@ -81,6 +86,15 @@ def _in_order(table: Table) -> Table:
     order = np.arange(len(table.ways)) if None in table.numbers else np.argsort(np.array(table.numbers, dtype=float))
     rank = np.argsort(order).astype(float)
     return replace(table, segment=rank[table.segment.astype(int)], ways=tuple(table.ways[i] for i in order))
+
+
+def _is_less(row: Row, before: Row) -> bool:
+    words = (
+        cell
+        for cell, its in zip(row, before, strict=False)
+        if _filled(cell) and not _is_number(cell) and _is_number(its)
+    )
+    return len(row) < len(before) or any(True for _ in words)
 
 
 def _filled(cell: object) -> bool:
