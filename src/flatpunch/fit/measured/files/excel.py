@@ -26,7 +26,7 @@ def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
     tables: list[Table] = []
     for name, rows in sheets.items():
         if sheet in (None, name):
-            cells = [[_value(cell) for cell in row] for row in rows]
+            cells = [[cell.strip() if isinstance(cell, str) else cell for cell in row] for row in rows]
             lines = ["\t".join(str(cell) for cell in row if cell not in (None, "")) for row in cells]
             tables += tables_of(f"{path.name}, sheet {name}", cells, lines)
     return tables
@@ -54,14 +54,3 @@ def excel_sheets(path: Path) -> dict[str, list[list[object]]]:
     # xlrd and openpyxl index and unpack damaged bytes unchecked: KeyError, struct.error, zlib.error, AssertionError, ...
     except Exception:
         raise CurveError(f"{path.name}: damaged, or no Excel file. Save it again, or as CSV.") from None
-
-
-def _value(cell: object) -> object:
-    """A cell without blanks around it; a number that is stored as text is a number."""
-    if not isinstance(cell, str):
-        return cell
-    try:
-        return float(cell)
-    except ValueError:
-        # a word
-        return cell.strip()
