@@ -156,6 +156,18 @@ def test_letters_of_micro(tmp_path, text, encoding):
     holds(read_curve(written(tmp_path / "c.txt", f"{text}\n{lines}", encoding)), *APPROACH)
 
 
+@pytest.mark.parametrize(
+    ("titles", "encoding"),
+    [
+        ("时间(s)\t位移(nm)\t载荷(nN)", "gbk"),
+        ("時間(s)\t変位(nm)\t荷重(nN)", "shift_jis"),
+        ("Prüfzeit (s)\tEindringtiefe (nm)\tPrüfkraft (nN)", "latin-1"),
+    ],
+)
+def test_encodings_of_titles(tmp_path, titles, encoding):
+    holds(read_curve(written(tmp_path / "c.txt", f"{titles}\n{rows('tdf')}", encoding)), *APPROACH)
+
+
 CANTILEVERS = {
     "ZSensor (nm)\tDefl (nm)": "zc",
     "Z Sensor_nm\tDeflection_nm": "zc",

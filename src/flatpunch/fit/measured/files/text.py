@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 from flatpunch._support.reading import Unreadable, content, shown_path
-from flatpunch.fit.measured.columns import Table
+from flatpunch.fit.measured.columns import WORDS, Table, names_a_curve
 from flatpunch.fit.measured.curve import CurveError
 from flatpunch.fit.measured.files.cells import NUMBER, Row, tables_of
 
@@ -23,9 +24,14 @@ _GROUPS = {
 
 def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     """Tables of a text file."""
-    lines = _lines(path)
-    mark = _mark(lines, decimal)
-    tables = tables_of(path.name, [_cells(line, mark, decimal) for line in lines], lines)
+    tables: list[Table] = []
+    for lines in _lines(path):
+        mark = _mark(lines, decimal)
+        found = tables_of(path.name, [_cells(line, mark, decimal) for line in lines], lines)
+        named = any(names_a_curve(zip(table.names, table.units, strict=True)) for table in found)
+        tables = found if named or not tables else tables
+        if named:
+            break
     if not tables:
         raise CurveError(
             f"{path.name}: no rows of numbers found. Text files need a line of titles, then one row a point."
@@ -33,7 +39,8 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     return tables
 
 
-def _lines(path: Path) -> list[str]:
+def _lines(path: Path) -> Iterator[list[str]]:
+    """Lines of a file, in each encoding in which it may be."""
     try:
         raw = content(path, LARGEST)
     except Unreadable as error:
@@ -43,14 +50,18 @@ def _lines(path: Path) -> list[str]:
             f"{path.name}: a binary file of Bruker's NanoScope, which is not read. Export the curve as text with units "
             "(NanoScope Analysis: File, Export, ASCII); that is read as it is."
         )
-    try:
-        # what spreadsheets call Unicode text is UTF-16 with its mark
-        text = raw.decode("utf-16" if raw[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    if "\0" in text[:1000]:
-        raise CurveError(f"{path.name}: not a text file.")
-    return text.splitlines()
+    # what spreadsheets call Unicode text is UTF-16 with its mark
+    marked = raw[:2] in (b"\xff\xfe", b"\xfe\xff")
+    for encoding in ["utf-16"] if marked else WORDS["lines"]["encodings"]:
+        try:
+            text = raw.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" in text[:1000]:
+            raise CurveError(f"{path.name}: not a text file.")
+        yield text.splitlines()
+        if encoding.startswith("utf"):
+            return
 
 
 def _mark(lines: list[str], decimal: str) -> str:
