@@ -198,6 +198,7 @@ def _titles(above: list[Row], lines: Sequence[str], width: int) -> tuple[Row, Ro
     above = [row if len(row) == width else _divided(line, width) or row for row, line in zip(above, lines, strict=True)]
     rows = [[re.sub(r"^[#%]+\s*", "", c) if isinstance(c, str) else c for c in row] for row in above]
     rows = [row if len(row) >= width else ["", *row] for row in rows if len(row) >= max(width - 1, 2)]
+    rows = [row for row in rows if not all(map(_is_number, row))]
     if not rows:
         return [], []
     named = [i for i, row in enumerate(rows) if _name_a_curve(row)]

@@ -242,16 +242,15 @@ def _members(path: Path, how: dict[str, Any]) -> Sequence[Table]:
     except Unreadable as error:
         raise CurveError(f"{shown_path(path)}: {error}.") from None
     tables: list[Table] = []
-    with unpacked(path) as files:
-        for file in files:
-            if file.suffix.lower() in (*TEXT, *EXCEL, *AFM):
-                try:
-                    tables += _kept.__wrapped__(file, (0, 0), **how)
-                except UnknownFormat:
-                    raise
-                except CurveError:
-                    # a text without rows of numbers beside the curves
-                    continue
+    for file in unpacked(path):
+        if file.suffix.lower() in (*TEXT, *EXCEL, *AFM):
+            try:
+                tables += _kept.__wrapped__(file, (0, 0), **how)
+            except UnknownFormat:
+                raise
+            except CurveError:
+                # a text without rows of numbers beside the curves
+                continue
     return curves_among(tables, dict(how["columns"]))
 
 
