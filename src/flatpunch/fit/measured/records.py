@@ -175,7 +175,7 @@ def _inside(table: Table) -> set[int]:
     if table.segment is None:
         return set()
     at = (np.flatnonzero(np.diff(table.segment)) + 1).tolist()
-    whole = table.segmented == "blocks of the file"
+    whole = table.segmented == "blocks of the file" or table.ways == ("back", "forth")
     return {
         i
         for i, (a, b) in zip(at, pairwise(table.ways), strict=True)

@@ -55,6 +55,7 @@ class AfmTables(Sequence[Table]):
             constants=Constants(_constant(known.get("spring constant")), _constant(known.get("sensitivity"))),
             segment=segment if several else None,
             ways=("forth", "back") if np.unique(segment).size == 2 else ("",) * np.unique(segment).size,
+            segmented="the file",
             outwards=True,
             meta={"metadata": known, "source": self.path.name},
         )

@@ -138,7 +138,7 @@ def _words_only(row: Row) -> bool:
 def _label(line: str) -> tuple[str, str]:
     """What a line names, and its value: "# units: m N" names units."""
     match = _LABEL.match(line)
-    return (match[1], match[2]) if match else ("", line.strip("#%-=[]* \t"))
+    return (match[1], match[2]) if match and match[2] else ("", line.strip("#%-=[]*: \t"))
 
 
 def _labels(line: str) -> bool:
@@ -158,7 +158,7 @@ def _segment(lines: Sequence[str]) -> tuple[int | None, str]:
             # what a segment is called without a known word does not begin a cycle
             way = way_of(value) or way or ("" if digits else "hold")
         elif listed(name, about["worded"]) or (not name and found and found <= WAYS | set(about["fillers"])):
-            number, way = int(digits[0]) if digits else number, way_of(value) or way
+            number, way = int(digits[0]) if digits and not name else number, way_of(value) or way
     return number, way
 
 
