@@ -13,7 +13,6 @@ from flatpunch import atlas
 from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed
 from flatpunch.atlas.library import folder
 from flatpunch.files import ResultError
-from flatpunch.fit.measured.files import afm
 
 GEL = fp.Medium([fp.Layer(5e3, 0.45, 1e-6)], fp.RigidBase())
 
@@ -220,11 +219,15 @@ def test_zips_without_curves_and_with_names_that_are_no_text(tmp_path):
 @pytest.mark.parametrize("k", [0.1, None])
 def test_numbers_of_damaged_microscope_files_are_refused_with_the_file(tmp_path, column, k, damage):
     pytest.importorskip("afmformats")
+    from afmformats.mod_force_distance import AFMForceDistance
+
     columns = {name: np.linspace(0, 1e-7, 20) for name in ("force", "height (measured)")}
     columns[column] = np.append(columns[column][1:], damage)
-    data = afm._Columns({"spring constant": k}, columns)
-    with pytest.raises(fp.CurveError, match=r"^curve\.ibw: "):
-        afm._curve(data, tmp_path / "curve.ibw", 0, "height (measured)", {})
+    path = tmp_path / "curve.h5"
+    known = {"imaging mode": "force-distance", "enum": 0, "path": path, "point count": 20}
+    AFMForceDistance(columns, known | ({} if k is None else {"spring constant": k})).export_data(path, fmt="hdf5")
+    with pytest.raises(fp.CurveError, match=r"^curve\.h5, curve 0: "):
+        fp.read_curve(path)
 
 
 def test_names_that_are_too_long_are_no_files(tmp_path):

@@ -256,5 +256,7 @@ def test_nanosurf_files_through_their_makers_reader(tmp_path, unit, scale, order
     assert _modulus(own) == pytest.approx(YOUNG, rel=1e-3)
     assert _modulus(other) == pytest.approx(2 * YOUNG, rel=1e-3)
     if unit == "V":
-        with pytest.raises(CurveError, match="its deflections are in V"):
+        with pytest.raises(
+            CurveError, match=r"'Deflection' \(deflection\) is a signal \(V\).* sensitivity = \"70 nm/V\""
+        ):
             read_curve(path, index=1)

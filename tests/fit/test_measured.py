@@ -3,7 +3,6 @@
 import pytest
 
 from flatpunch.fit import CurveError, fit, fit_film, read_curve, read_nanoindentation, tip_in_workbook
-from flatpunch.fit.measured.files.afm import read_afm
 from flatpunch.indenters import Paraboloid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 
@@ -90,7 +89,7 @@ def test_ntmdt_with_decimal_commas(curves):
     result = fit(curve, BULK, Sphere(10e-6), ["base.young"], adhesion="above")
     assert any("points of the dip are left out" in note for note in result.notes)
     with pytest.raises(CurveError, match=r"Pass spring_constant=... \[N/m\] and sensitivity"):
-        read_afm(path)
+        read_curve(path, height="height (measured)")
 
 
 @pytest.mark.parametrize("test", ["Test 001", "Test 002"])

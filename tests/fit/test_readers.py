@@ -261,11 +261,16 @@ def test_what_spreadsheets_write(tmp_path):
 
 
 def test_columns_of_one_name_are_chosen_by_number(tmp_path):
-    rows = [(d, f, d, f) for d, f in zip(DEPTH, FORCE, strict=True)]
+    rows = [(d, f, d, 2 * f) for d, f in zip(DEPTH, FORCE, strict=True)]
     path = _write(tmp_path / "c.csv", ["depth (nm),force (nN),depth (nm),force (nN)"], rows)
-    with pytest.raises(CurveError, match="depth = 0 or depth = 2"):
+    # two tests side by side, of which columns by their number choose one
+    assert curves_in(path) == 2
+    with pytest.raises(CurveError, match="holds 2 curves"):
         read_curve(path)
-    assert read_curve(path, columns={"depth": 2, "force": 3}).depth.size == 40
+    assert read_curve(path, columns={"depth": 2, "force": 3}).force[-1] == pytest.approx(2e-9 * FORCE[-1], rel=1e-5)
+    path = _write(tmp_path / "s.csv", ["depth (nm),depth (nm),force (nN)"], [(d, d, 0.1) for d in DEPTH])
+    with pytest.raises(CurveError, match="depth = 0 or depth = 1"):
+        read_curve(path)
     # two positions of the piezo, and no depth
     path = _write(tmp_path / "d.csv", ["Ramp Ex (nm),Ramp Rt (nm),Deflection (nm)"], [(d, d, 0.0) for d in DEPTH])
     with pytest.raises(CurveError, match=r'several columns could be the piezo: .* piezo = "Ramp Ex" or'):

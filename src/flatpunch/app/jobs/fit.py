@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -57,10 +57,10 @@ def preview(fields: Mapping[str, str], upload: Upload) -> Plain:
         with upload.written() as path:
             if path.suffix.lower() in (*TEXT, *EXCEL) and not reading.get("sensitivity"):
                 # large files are read once
-                tables = tables_in(path, reading["columns"], reading["decimal"], reading["sheet"])
+                tables = tables_in(path, **{name: reading[name] for name in ("columns", "decimal", "sheet")})
                 found |= {"count": len(tables), **_columns(tables, reading)}
             else:
-                tables = ()
+                tables = []
                 found["count"] = curves_in(path, **reading)
             if len(tables) == 1 and not reading.get("index"):
                 curve = curve_of(tables[0], path.stem, **{name: reading.get(name) for name in _OF_TABLES})
@@ -88,7 +88,7 @@ def _whole_case(fields: Mapping[str, str]) -> FitCase | None:
         return None
 
 
-def _columns(tables: tuple[Table, ...], reading: Plain) -> Plain:
+def _columns(tables: Sequence[Table], reading: Plain) -> Plain:
     """Columns of the curve that is read, or of the first one."""
     table = tables[min(reading.get("index", 0), len(tables) - 1)]
     try:

@@ -10,19 +10,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.files import units
+from flatpunch.fit.measured.columns import SIGNALS, STIFFNESS, WORDS, Constants, listed, scale_of, words
 from flatpunch.fit.measured.curve import Curve, CurveError
-
-SPRING = units.Dimension("spring constant", "N/m", "0.05 N/m", ("N/m", "mN/m", "nN/nm", "pN/nm"))
-SIGNALS = (
-    units.Dimension("voltage", "V", "0.5 V", ("V", "mV")),
-    units.Dimension("current", "A", "2 nA", ("A", "nA")),
-)
 
 PRINTED = 1e-3
 """Relative differences that the rounding of printed numbers explains; ten times as much hides a tilt that was taken off."""
@@ -31,65 +26,29 @@ _LINE = re.compile(
     r"^[^A-Za-z]*([A-Za-z][A-Za-z _.]*?)\s*(?:[(\[]([^)\]]*)[)\]])?\s*[:=\t;,]\s*"
     r"([-+]?[0-9]*[.,]?[0-9]+(?:[eE][-+]?[0-9]+)?)\s*\"?([A-Za-zµμ]\S*)?\"?\s*$"
 )
-_NAMES = {
-    "spring_constant": re.compile(
-        r"(cantilever )?(spring constant|k)|cantilever stiffness|stiffness of the cantilever"
-    ),
-    "sensitivity": re.compile(r"(inverse )?(optical lever |deflection |defl\.? )?(sensitivity|sens\.?)|inv ?ols"),
-}
-
-
-@dataclass(frozen=True)
-class Constants:
-    """Constants that a file was written with, None where it does not say, and where they are from."""
-
-    spring_constant: float | None = None
-    sensitivity: float | None = None
-    origin: str = "from the file"
 
 
 def constants_in(lines: Sequence[str]) -> Constants:
     """Constants in the lines above the numbers of a text file: "# springConstant: 0.02", "k (N/m) 0.019", "invOLS = 60 nm/V"."""
     found: dict[str, float] = {}
-    for line in lines:
-        match = _LINE.match(line)
-        if match is None:
-            continue
-        label = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", match[1]).replace("_", " ").lower().strip()
-        name = next((name for name, pattern in _NAMES.items() if pattern.fullmatch(label)), None)
-        unit = match[2] or match[4]
+    for match in filter(None, map(_LINE.match, lines)):
+        entries = ((name, [f"= {entry}" for entry in known]) for name, known in WORDS["constants"].items())
+        name, unit = next((name for name, known in entries if listed(match[1], known)), None), match[2] or match[4]
         # a k alone may be anything
-        if name is not None and (unit or label != "k"):
+        if name is not None and (unit or words(match[1]) != ("k",)):
             value = _in_si(name, float(match[3].replace(",", ".")), unit)
-            if value:
-                found[name] = value
+            found |= {name: value} if value else {}
     return Constants(found.get("spring_constant"), found.get("sensitivity"))
 
 
 def _in_si(name: str, number: float, unit: str | None) -> float | None:
     """A constant in N/m, m/V or m/A; None where its unit is another, or the number is none of such."""
-    if not number > 0:
-        return None
-    if unit is None:
-        return number
-    try:
-        if name == "spring_constant":
-            return number * units.to_si(f"1 {unit}", SPRING)
-        length, _, signal = unit.partition("/")
-        size = signal_size(signal)
-        return None if size is None else number * units.to_si(f"1 {length}", units.LENGTH) / size
-    except ValueError:
-        return None
-
-
-def signal_size(unit: str) -> float | None:
-    """Size of a unit of a detector's signal, in V or A; None for other units."""
-    for dimension in SIGNALS:
-        try:
-            return units.to_si(f"1 {unit}", dimension)
-        except ValueError:
-            continue
-    return None
+    if not number > 0 or unit is None:
+        return number if number > 0 else None
+    length, _, signal = unit.partition("/")
+    if name == "spring_constant":
+        return number * (scale_of(unit, STIFFNESS) or 0.0)
+    return number * (scale_of(length, units.LENGTH) or 0.0) / (scale_of(signal, *SIGNALS) or np.inf)
 
 
 def ratio_of(force: Array, deflection: Array) -> float | None:

@@ -10,44 +10,48 @@ A table needs the force, and the depth or the piezo position with the cantilever
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, non_negative, positive, shown, switch, whole
 from flatpunch._support.kinds import mapping, one_of
 from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, shown_path
-from flatpunch.fit.measured.calibration import calibrated
+from flatpunch.files.units import LENGTH, Dimension
+from flatpunch.fit.measured.calibration import PRINTED, calibrated, ratio_of
 from flatpunch.fit.measured.columns import (
     ROLES,
+    SIGNALS,
+    WORDS,
+    Constants,
     Table,
     check_title,
     chosen_columns,
+    column_numbers,
     in_si,
-    is_length,
-    is_signal,
-    own_constants,
-    segments_of,
-    with_columns,
+    scale_of,
+    split_name,
 )
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.files.afm import MEASURED, AfmTables, UnknownFormat
+from flatpunch.fit.measured.files.excel import excel_tables
+from flatpunch.fit.measured.files.nanosurf import nanosurf_tables
 from flatpunch.fit.measured.files.text import text_tables
 from flatpunch.fit.measured.files.unpacked import unpacked
-from flatpunch.fit.measured.records import records_in
-from flatpunch.fit.measured.sides import without_sides
+from flatpunch.fit.measured.records import begins_free, curves_among, in_time, tests_in
 
-if TYPE_CHECKING:
-    from flatpunch.fit.measured.files.afm import AfmFile
-
-EXCEL = (".xls", ".xlsx", ".xlsm")
-AFM = (".ibw", ".jpk-force", ".jpk-force-map", ".jpk-qi-data", ".jpk-qi-series", ".tab", ".h5", ".nid")
-TEXT = (".csv", ".tsv", ".txt", ".dat", ".asc", "")
-"""Endings of text files; exports of some instruments have none."""
+TEXT, EXCEL, AFM = (tuple(WORDS["files"][kind]) for kind in ("text", "excel", "afm"))
+AFM += tuple(WORDS["files"]["nanosurf"])
+"""Endings of files; exports of some instruments have none."""
 _NANOSCOPE = re.compile(r"\.(spm|pfc|[0-9]{3})")  # endings of Bruker's files
+CONSTANTS = {"spring constant": "spring_constant", "sensitivity": "sensitivity"}
+UNTITLED = ("column 0", "column 1", "column 2")
+CLIPPED = 0.1
+"""Share of readings at the very least depth above which the depth was not measured before the contact."""
 KEPT = 20_000_000
 """Largest file whose tables are kept for its next curve [bytes]; they take about ten times as much memory."""
 
@@ -94,8 +98,9 @@ def read_curve(
     calibration : mapping, optional
         Relative standard deviations of "spring_constant" and "sensitivity"; they enter the intervals of a fit.
     **afm
-        For microscope files, see `flatpunch.fit.measured.files.afm.read_afm`: sensitivity, height. A text file for which a
-        height is given is read as a microscope's, and so is one with a sensitivity unless it has a column of deflections.
+        For microscopes: sensitivity, deflection per signal [m/V] or [m/A], needed for raw signals, otherwise in the place of the
+        file's; height, "height (measured)" or "height (piezo)", as afmformats calls it, which also reads a text for which it is
+        given.
 
     Returns
     -------
@@ -134,15 +139,12 @@ def read_curve(
     for role in mapping("units", units, '{"force": "nN"}'):
         one_of("units", role, ROLES, wrong="is no kind of column", error=CurveError)
     spread = _calibration(calibration)
-    sensitivity = afm.get("sensitivity")
-    found = _opened(path, spring_constant, columns, decimal, sheet, afm)
-    if not isinstance(found, tuple):
-        curve = found.curve(_only(path, [str(i) for i in range(len(found))], index))
-    else:
-        table = found[_only(path, [t.source for t in found], index)]
-        curve = curve_of(
-            table, path.stem, columns, units, spring_constant, sensitivity=sensitivity, skip_nan=skip_nan, flip=flip
-        )
+    tables = tables_in(path, columns=columns, decimal=decimal, sheet=sheet, spring_constant=spring_constant, **afm)
+    at = _only(path, tables, index)
+    name, sensitivity = f"{path.stem}-{at}" if at else path.stem, afm.get("sensitivity")
+    curve = curve_of(
+        tables[at], name, columns, units, spring_constant, sensitivity=sensitivity, skip_nan=skip_nan, flip=flip
+    )
     return replace(curve, meta={**curve.meta, "calibration": spread})
 
 
@@ -157,12 +159,12 @@ def _calibration(given: Mapping[str, float] | None) -> dict[str, float]:
     return spread
 
 
-def _only(path: Path, found: list[str], index: int | None) -> int:
+def _only(path: Path, found: Sequence[Table], index: int | None) -> int:
     """Which curve: the one asked for, or the only one."""
     if not found:
         raise CurveError(f"{path.name}: the file holds no curve.")
     if index is None and len(found) > 1:
-        names = ", ".join(found[:4]) + (", ..." if len(found) > 4 else "")
+        names = ", ".join(table.source for table in found[:4]) + (", ..." if len(found) > 4 else "")
         raise CurveError(
             f"{path.name}: the file holds {len(found)} curves ({names}); one must be chosen: index = 0 to {len(found) - 1}"
             + (" or sheet = '...'" if path.suffix.lower() in EXCEL else "")
@@ -173,143 +175,97 @@ def _only(path: Path, found: list[str], index: int | None) -> int:
     return index or 0
 
 
-def _opened(
-    path: Path,
-    spring_constant: float | None,
-    columns: Mapping[str, str | int] | None,
-    decimal: str,
-    sheet: str | None,
-    afm: Mapping[str, Any],
-) -> AfmFile | tuple[Table, ...]:
-    """A microscope's file, or the curves of a text or Excel file as tables.
-
-    Archives and text files with a sensitivity may be either.
-    """
-    kind = path.suffix.lower()
-    tables: tuple[Table, ...] = ()
-    if kind not in (*AFM, ".zip") and "height" not in afm:
-        tables = tables_in(path, columns, decimal, sheet)
-        if "sensitivity" not in afm or any("deflection" in _roles(table, columns) for table in tables):
-            return tables
-    from flatpunch.fit.measured.files.afm import AfmFile, UnknownFormat
-
-    _check_size(path)
-    try:
-        return AfmFile.opened(path, spring_constant=spring_constant, **afm)
-    except UnknownFormat:
-        if kind == ".zip":
-            tables = tables_in(path, columns, decimal, sheet)
-        if tables:
-            return tables
-        raise
-
-
-def _roles(table: Table, columns: Mapping[str, str | int] | None) -> dict[str, int]:
-    """Columns that are recognised; none where that is not clear."""
-    try:
-        return chosen_columns(table, columns)
-    except CurveError:
-        # of no use here; where the table is read this is raised
-        return {}
-
-
-def tables_in(
-    path: Path, columns: Mapping[str, str | int] | None, decimal: str, sheet: str | None
-) -> tuple[Table, ...]:
-    """Return all curves of a text or Excel file, or of an archive of them, as tables; those of the last file are kept."""
-    for role, title in mapping("columns", columns, '{"force": "Load"}').items():
-        one_of("columns", role, ROLES, wrong="is no kind of column", error=CurveError)
-        check_title(role, title)
-    one_of("decimal", decimal, (".", ","))
-    kind = path.suffix.lower()
-    if _NANOSCOPE.fullmatch(kind):
-        # their text exports are read, the binary files are named for what they are
-        kind = ""
-    if kind not in (*TEXT, *EXCEL, ".zip"):
-        known = ", ".join(filter(None, (*TEXT, *EXCEL, *AFM)))
-        raise CurveError(f"{path}: the ending {shown(kind)} is none of those that are read: {known}.")
-    try:
-        changed = path.stat()
-    except OSError as error:
-        raise CurveError(f"{path}: not readable ({error.strerror or error}).") from None
-    wanted = None if columns is None else tuple(columns.items())
-    read = _kept if changed.st_size < KEPT else _kept.__wrapped__
-    return read(path, (changed.st_mtime_ns, changed.st_size), wanted, decimal, sheet)
-
-
-@lru_cache(maxsize=1)
-def _kept(
-    path: Path,
-    changed: tuple[int, int],
-    columns: tuple[tuple[str, str | int], ...] | None,
-    decimal: str,
-    sheet: str | None,
-) -> tuple[Table, ...]:
-    wanted = None if columns is None else dict(columns)
-    kind = path.suffix.lower()
-    if kind == ".zip":
-        return _zipped(path, wanted, decimal)
-    if kind in EXCEL:
-        from flatpunch.fit.measured.files.excel import excel_tables
-
-        tables = with_columns(excel_tables(path, sheet), wanted, path)
-    else:
-        tables = text_tables(path, decimal)
-    return tuple(record for table in tables for record in records_in(without_sides(table, wanted), wanted))
-
-
-def _zipped(path: Path, columns: Mapping[str, str | int] | None, decimal: str) -> tuple[Table, ...]:
-    """Tables of curves in the text files of an archive, in the order of their names; none if there are none."""
-    tables: list[Table] = []
-    with unpacked(path) as files:
-        for file in files:
-            if file.suffix.lower() not in TEXT:
-                continue
-            try:
-                found = text_tables(file, decimal)
-            except CurveError:
-                # a text without rows of numbers beside the curves
-                continue
-            tables += [record for table in found for record in records_in(without_sides(table, columns), columns)]
-    return tuple(
-        table for table in tables if "force" in _roles(table, columns) or "deflection" in _roles(table, columns)
-    )
-
-
-def curves_in(
-    path: str | Path,
-    *,
-    spring_constant: float | None = None,
-    columns: Mapping[str, str | int] | None = None,
-    decimal: str = ".",
-    sheet: str | None = None,
-    **reading: object,
-) -> int:
+def curves_in(path: str | Path, **reading: Any) -> int:
     """Number of curves in a file: a force map, a workbook of tests, blocks one below the other.
 
     Parameters
     ----------
     path : path
         The file.
-    spring_constant, columns, decimal, sheet, **reading
+    **reading
         As for `read_curve`.
     """
     path = as_path("path", path)
-    afm: dict[str, object] = {name: reading[name] for name in ("sensitivity", "height") if name in reading}
-    if not is_file(path):
+    if not is_file(path) or path.suffix.lower() not in (*EXCEL, *TEXT, *AFM, ".zip"):
         return 1
-    if path.suffix.lower() not in (*EXCEL, *TEXT, *AFM, ".zip"):
-        return 1
-    found = _opened(path, spring_constant, columns, decimal, sheet, afm)
-    return len(found)
+    known = ("columns", "decimal", "sheet", "spring_constant", "sensitivity", "height")
+    return len(tables_in(path, **{name: reading[name] for name in known if name in reading}))
 
 
-def _check_size(path: Path) -> None:
-    """Refuse archives that are too large once they are unpacked."""
+def tables_in(
+    path: Path, *, columns: Mapping[str, str | int] | None = None, decimal: str = ".", **how: Any
+) -> Sequence[Table]:
+    """Return all curves of a file as tables, by arguments of `read_curve`; those of the last files are kept."""
+    for role, title in mapping("columns", columns, '{"force": "Load"}').items():
+        one_of("columns", role, ROLES, wrong="is no kind of column", error=CurveError)
+        check_title(role, title)
+    one_of("decimal", decimal, (".", ","))
+    try:
+        changed = path.stat()
+    except OSError as error:
+        raise CurveError(f"{path}: not readable ({error.strerror or error}).") from None
+    read = _kept if changed.st_size < KEPT or path.suffix.lower() in AFM else _kept.__wrapped__
+    wanted = tuple((columns or {}).items())
+    return read(path, (changed.st_mtime_ns, changed.st_size), columns=wanted, decimal=decimal, **how)
+
+
+@lru_cache(maxsize=2)
+def _kept(path: Path, changed: tuple[int, int], **how: Any) -> Sequence[Table]:
+    kind, wanted, decimal = path.suffix.lower(), dict(how["columns"]), how["decimal"]
+    given = {name: how[key] for name, key in CONSTANTS.items() if how.get(key)}
+    if kind in WORDS["files"]["nanosurf"]:
+        return nanosurf_tables(path)
+    if kind in AFM or how.get("height") is not None:
+        return AfmTables(path, given, how.get("height") or MEASURED)
+    if kind == ".zip":
+        return _members(path, how)
+    if kind in EXCEL:
+        tables = excel_tables(path, how.get("sheet"))
+    elif kind in TEXT or _NANOSCOPE.fullmatch(kind):
+        # text exports of NanoScope are read, its binary files are named for what they are
+        tables = text_tables(path, decimal)
+        if "sensitivity" in given and not wanted and all(t.names == UNTITLED for t in tables):
+            tables = [_untitled(t) for t in text_tables(path, ",")]
+    else:
+        known = ", ".join(filter(None, (*TEXT, *EXCEL, *AFM)))
+        raise CurveError(f"{path}: the ending {shown(kind)} is none of those that are read: {known}.")
+    try:
+        return tuple(test for table in curves_among(tables, wanted) for test in tests_in(table, wanted))
+    except CurveError as error:
+        raise CurveError(f"{path.name}: {error}") from None
+
+
+def _members(path: Path, how: dict[str, Any]) -> Sequence[Table]:
+    """Curves of the files of an archive, in the order of their names; texts and sheets that are none are left out."""
     try:
         check_archive(path)
     except Unreadable as error:
         raise CurveError(f"{shown_path(path)}: {error}.") from None
+    tables: list[Table] = []
+    for file in unpacked(path):
+        if file.suffix.lower() in (*TEXT, *EXCEL, *AFM):
+            try:
+                tables += _kept.__wrapped__(file, (0, 0), **how)
+            except UnknownFormat:
+                raise
+            except CurveError:
+                # a text without rows of numbers beside the curves
+                continue
+    return curves_among(tables, dict(how["columns"]))
+
+
+def _untitled(table: Table) -> Table:
+    """An export without titles: NT-MDT's height, deflection on approach and on retract.
+
+    Constant readings before the deep end are padding of the export; those of a free tip are its baseline.
+    """
+    names, given = zip(*map(split_name, WORDS["titles"]["untitled"]), strict=True)
+    height, *signals = (column_numbers(table, at) for at in range(3))
+    rows, grows = table.rows.copy(), bool(height[-1] > height[0])
+    for at, values in enumerate(signals, 1):
+        if not begins_free(values):
+            rows[: max(int(np.argmax(values != values[0])) - 1, 0), at] = ""
+    return replace(table, names=names, units=given, rows=rows, outwards=grows != begins_free(signals[0]))
 
 
 def curve_of(
@@ -326,26 +282,31 @@ def curve_of(
     """Make a curve of a table's columns."""
     positions = chosen_columns(table, columns)
     explicit = set(columns or ())
-    own = own_constants(table, positions, units, spring_constant)
+    own = _constants(table, positions, units, spring_constant)
     k = own.spring_constant or spring_constant
     roles = _needed(table, positions, explicit, k)
-    if own.spring_constant is None and spring_constant is not None and is_length(table, positions, units):
+    if "depth" in roles and "depth" not in explicit and "piezo" in positions and k is not None:
+        depth = column_numbers(table, positions["depth"])
+        if np.mean(depth == np.nanmin(depth)) > CLIPPED:
+            # instruments that count the depth from the contact write zero before it
+            roles = ("piezo", roles[1])
+    if own.spring_constant is None and spring_constant is not None and _bent(table, positions, units, LENGTH):
         # no constant relates the forces of the file to its deflections: the deflections are what was measured
         roles = (roles[0], "deflection")
-    if "deflection" in roles and is_signal(table, positions["deflection"], units):
+    if "deflection" in roles and _bent(table, positions, units, *SIGNALS):
         own = replace(own, sensitivity=sensitivity or own.sensitivity, spring_constant=spring_constant or k)
         k = own.spring_constant
     data = {role: in_si(table, role, positions[role], units, own.sensitivity) for role in roles}
-    if "stiffness" in positions and "stiffness" not in data:
+    if "stiffness" in positions:
         data["stiffness"] = in_si(table, "stiffness", positions["stiffness"], units)
     used = ", ".join(
         f"{role} from {table.names[positions[role]]!r} ({(units or {}).get(role) or table.units[positions[role]]})"
         for role in data
     )
-    if (segments := segments_of(table)) is not None:
-        data["segment"] = segments[1]
-        used += f", segments from {segments[0]!r}"
-    meta: dict[str, object] = {"source": table.source, "read": (f"{table.source}: {used}",)}
+    if table.segment is not None:
+        data["segment"] = table.segment
+        used += f", segments from {table.segmented}"
+    meta: dict[str, object] = {"source": table.source, **table.meta, "read": (f"{table.source}: {used}",)}
     if "time" in positions:
         # most fits do without: a column that cannot be used is left out, and why is kept for those that need it
         try:
@@ -360,12 +321,34 @@ def curve_of(
     if "time" in data and not np.isfinite(data["time"]).all():
         bad = int(np.argmin(np.isfinite(data.pop("time"))))
         meta["no time"] = f"{table.source}: row {table.first_row + bad} has no time."
+    data = in_time(data, table.ways)
     try:
-        curve = _assembled(name, data, k, -1.0 if flip else 1.0, meta)
+        curve = _assembled(name, data, k, -1.0 if flip != table.outwards else 1.0, meta)
     except CurveError as error:
         # which of several tests
         raise CurveError(f"{table.source}: {str(error).removeprefix(f'{name}: ')}") from None
-    return calibrated(curve, own, spring_constant, sensitivity, inwards="piezo" in roles)
+    return calibrated(curve, own, spring_constant, sensitivity, inwards="piezo" in roles or table.outwards)
+
+
+def _bent(table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None, *kinds: Dimension) -> bool:
+    """Whether there is a column of deflections of a kind."""
+    at = positions.get("deflection")
+    return at is not None and scale_of((units or {}).get("deflection") or table.units[at], *kinds) is not None
+
+
+def _constants(
+    table: Table, positions: Mapping[str, int], units: Mapping[str, str] | None, given: float | None
+) -> Constants:
+    """Constants that a table was written with: the ratio of its forces to its deflections, or what is written above it."""
+    if "force" not in positions or not _bent(table, positions, units, LENGTH):
+        return table.constants
+    ratio = ratio_of(*(in_si(table, role, positions[role], units) for role in ("force", "deflection")))
+    written = table.constants.spring_constant
+    for known in (written, given):
+        if ratio is None or (known is not None and abs(ratio / known - 1) < PRINTED):
+            return replace(table.constants, spring_constant=written if ratio is None else known)
+    why = "force over deflection in the file" + ("" if written is None else f", whose header has {written:.4g}")
+    return replace(table.constants, spring_constant=ratio, origin=why)
 
 
 def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: float | None) -> tuple[str, ...]:
@@ -381,13 +364,14 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
         )
     if by_piezo and ("force" in positions or "deflection" in positions):
         return ("piezo", "deflection") if "force" not in positions or "deflection" in explicit else ("piezo", "force")
-    for role in ("depth", "force"):
-        if role not in positions:
-            raise CurveError(
-                f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it in the case "
-                f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}})."
-            )
-    return "depth", "force"
+    if {"depth", "force"} <= set(positions):
+        return "depth", "force"
+    role = "depth" if "force" in positions or "deflection" not in positions else "piezo"
+    role = "deflection" if by_piezo else "force" if "depth" in positions else role
+    raise CurveError(
+        f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it in the case "
+        f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}})."
+    )
 
 
 def _assembled(name: str, data: Mapping[str, Array], k: float | None, sign: float, meta: dict[str, object]) -> Curve:

@@ -7,14 +7,12 @@ import tempfile
 import zipfile
 import zlib
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from flatpunch.fit.measured.curve import CurveError
 
 
-@contextmanager
-def unpacked(path: Path) -> Iterator[Iterator[Path]]:
+def unpacked(path: Path) -> Iterator[Path]:
     """The files of an archive one after the other, in the order of their names.
 
     Raises
@@ -24,10 +22,11 @@ def unpacked(path: Path) -> Iterator[Iterator[Path]]:
     """
     try:
         with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
-            yield _files(archive, Path(folder))
-    # a CurveError, which is a ValueError too, comes from the reader of a member
-    except CurveError:
-        raise
+            for name in sorted((name for name in archive.namelist() if not name.endswith("/")), key=by_number):
+                # members of the same name in two folders are read before the next one takes their place
+                inner = Path(folder) / Path(name).name
+                inner.write_bytes(archive.read(name))
+                yield inner
     # what `zipfile` and `zlib` raise on a damaged directory or member: an encrypted member is a RuntimeError, a name that is no
     # text a ValueError
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError, ValueError):
@@ -39,11 +38,3 @@ def unpacked(path: Path) -> Iterator[Iterator[Path]]:
 def by_number(name: str) -> list[tuple[int, str]]:
     """Key that sorts names as people count: curve2 before curve10."""
     return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name)]
-
-
-def _files(archive: zipfile.ZipFile, folder: Path) -> Iterator[Path]:
-    for name in sorted((name for name in archive.namelist() if not name.endswith("/")), key=by_number):
-        # members of the same name in two folders are read before the next one takes their place
-        inner = folder / Path(name).name
-        inner.write_bytes(archive.read(name))
-        yield inner
