@@ -31,6 +31,8 @@ from flatpunch.fit.parameters.unknowns import Frame, frame_of
 
 FARTHEST = 10.0
 """Contact points are looked for this far before the first reading, over the range of depths; a ceiling."""
+_SOLIDS = 1e-3, 1e13
+"""Moduli between which those of all solids lie [Pa], a thousand times below the softest gels and ten times above diamond."""
 DIP = 7.0
 """Standard deviations of the force without contact below it that are adhesion."""
 
@@ -233,6 +235,7 @@ def _setup(
     if count := int(made.out.sum()):
         notes.append(f"{count} reading{'s jump' if count > 1 else ' jumps'} away and back: left out.")
     moduli = [float(np.exp(fit.x[j])) for j in record.moduli]
+    _check_moduli(part, model, moduli)
     notes += refuse_plastic(part, found, made.over, made.contact, max(moduli, default=0.0))
     # readings in the range
     place = np.flatnonzero(~made.out)
@@ -292,6 +295,17 @@ def _setup(
     if model.finite_strain is None:
         return setup
     return replace(setup, again=lambda x: _in_strain_table(setup, made, model, limits, x))
+
+
+def _check_moduli(part: Curve, model: ForwardModel, moduli: list[float]) -> None:
+    """Refuse a force that no solid under this tip would give, before the descent looks for one."""
+    if all(_SOLIDS[0] < each < _SOLIDS[1] for each in moduli):
+        return
+    tip = ", ".join(" ".join(line.split()) for line in str(model.indenter).splitlines())
+    raise CurveError(
+        f"{part.name}: under this tip the curve asks for a modulus of about {moduli[0]:.2g} Pa, which no solid has. "
+        f"Check the size of the tip ({tip}) and the units of depth and force."
+    )
 
 
 def _whitened(fit: Fit, noise: Noise, used: Flags) -> Objective:

@@ -353,16 +353,15 @@ def _off(objective: Objective, x: Array, end: int, span: float) -> float:
 
 def dip(fit: Fit) -> tuple[float, float, slice]:
     """How far the force dips below its background before it rises: standard deviations, size over the range, and the means."""
-    record, n = fit.record, fit.record.size
-    y = median_filter(record.y, 3, mode="nearest")
-    top = int(np.argmax(y))
-    if top < 8:
+    record, objective, n = fit.record, fit.objective, fit.record.size
+    rest = objective.split(fit.x)[1]
+    over = objective.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
+    over = median_filter(over / record.range, 3, mode="nearest")
+    top = int(np.argmax(over[: fit.end]))
+    low = int(np.argmin(over[: top + 1]))
+    if fit.touch < 6 or low < 6 or over[low] >= 0:
         return 0.0, 0.0, slice(0, 0)
-    low = int(np.argmin(y[:top]))
-    if low < 6:
-        return 0.0, 0.0, slice(0, 0)
-    last = min(low + 2, top)
-    places = np.arange(n)
+    last, places = min(low + 2, top), np.arange(n)
     ramps = np.array([np.clip(1 - (low - places) / width, 0, 1) for width in (2, 4, 8, 16, 32)]).T
     ramps[last:] = 0.0
     made = record.innovations(replace(fit.noise, error=0.0), np.column_stack([record.y, ramps]), share=False)[0][:last]
@@ -370,7 +369,6 @@ def dip(fit: Fit) -> tuple[float, float, slice]:
     size = np.linalg.norm(columns, axis=0)
     t = columns.T @ data / size
     j = int(np.argmin(t))
-    begin = max(low - 2 ** (j + 1), 0)
-    level = float(np.median(y[:begin])) if begin > 3 else 0.0
-    back = low + int(np.argmax(y[low:] >= level)) if (y[low:] >= level).any() else n
-    return -float(t[j]), -float(t[j] / size[j]), slice(begin, back)
+    begin = low - int(np.argmax(over[low::-1] >= 0))
+    back = low + int(np.argmax(over[low:] >= 0))
+    return -float(t[j]), min(-float(t[j] / size[j]), -float(over[low])), slice(begin, back)

@@ -65,15 +65,10 @@ def about_background(fit: Fit) -> list[str]:
 
 def no_contact(part: Curve, fit: Fit | None, settings: Settings) -> CurveError:
     """Refusal of a record in which no contact stands out of the background."""
-    if fit is None:
-        seen = "the background alone describes the force"
-    else:
-        seen = (
-            f"{fit.inside} readings rise by {text(fit.most * fit.record.range, 'N')}, which the background explains as well"
-            if fit.inside
-            else "nothing rises"
-        )
+    seen = "" if fit is None else f", of which {fit.inside} rise by {text(fit.most * fit.record.range, 'N')}"
+    straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
     return CurveError(
-        f"{part.name}: no contact is to be seen: {seen} (baseline = {settings.baseline!r}). Press deeper, average, or check which "
-        "column is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
+        f"{part.name}: no contact is to be seen: the background alone (baseline = {settings.baseline!r}) describes the "
+        f"{part.force.size} readings{seen}, as well. {straight if settings.baseline == 'linear' else ''}Press deeper, average, or "
+        "check which column is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
     )
