@@ -187,7 +187,7 @@ def test_a_tilt_is_asked_for_and_no_background_is_seen(name, begin, spring, seed
     """Whether refused or fitted, the reason is that the data begin in contact: no saturation, no missing rise."""
     curve, (_, start, tip, free) = curve_of(name, begin, spring, seed), CASES[name]
     try:
-        said = fit(curve, start, tip, [free], quick=True, baseline="linear").notes[0]
+        said = " ".join(fit(curve, start, tip, [free], quick=True, baseline="linear").notes)
     except CurveError as error:
         said = str(error)
     assert re.search("begin in contact|data do not show where the contact began", said, re.IGNORECASE)

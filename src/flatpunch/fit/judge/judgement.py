@@ -174,11 +174,14 @@ class Judge:
     def _scanned(self, noise: Noise, end: int | None) -> Found | None:
         record = self.records[0]
         found = record.scan(noise, record.first_candidates, end)
+        position = record.objective.position
+        if found is not None and found.place < position[0] - 0.9 * np.ptp(position):
+            found = record.scan(noise, record.candidates(record.at(record.zero, far=True)), end)
         for _ in range(3):
             if found is None or not record.moduli or not record.objective.model.bends or abs(np.log(found.amplitude)) < 0.5:
                 return found
             x = record.start(found, record.zero)
-            table = record.at(x)
+            table = record.at(x, far=found.place < position[0])
             again = record.scan(noise, record.candidates(table), end)
             if again is None:
                 return found

@@ -168,9 +168,9 @@ class Record:
         wanted = set(self.objective.nuisance) - {"tilt"} | ({"tilt"} if tilt else set())
         return replace(self.objective, nuisance=tuple(n for n in NUISANCE if n in wanted), _before={})
 
-    def at(self, x: Array) -> Table:
-        """Force over depth at parameters."""
-        reach = 1.6 * float(np.ptp(self.objective.position))
+    def at(self, x: Array, *, far: bool = False) -> Table:
+        """Force over depth at parameters, as deep as contacts on the record reach, or `far` before it."""
+        reach = (12.0 if far else 2.2) * float(np.ptp(self.objective.position))
         theta = self.objective.split(x)[0]
         while True:
             depth = np.geomspace(1e-6 * reach, reach, 600)
@@ -239,7 +239,8 @@ class Record:
             places = np.append(
                 position[np.linspace(1, n - 5, _CONTACTS).astype(int)], position[-1] - way * np.geomspace(3e-3, 1, _BEFORE)
             )
-            places = np.append(places, position[0] - way * np.array([0.03, 0.1, 0.3, 1.0, 3.0, 10.0]))
+            places = np.append(places, position[0] - way * np.array([0.03, 0.1, 0.3, 1.0, 1.7, 3.0, 5.0, 7.0, 10.0]))
+            places = places[places > position[-1] - table.depth[-1]]
             inside = places[(places >= low) & (places <= min(high, position[-5]))]
             ends = np.clip([low, high], position[0] - way, position[-1])
             places = np.unique(inside if inside.size >= 12 else np.append(inside, np.linspace(*ends, 24)))
@@ -250,6 +251,10 @@ class Record:
             beyond = position - place
             if k is None:
                 amounts = np.ones(1)
+            elif beyond[0] > 0:
+                # in contact from the first reading: the rise between both ends, of a tip that goes less far than the base
+                rise = abs(float(self.objective.force[-1] - self.objective.force[0]))
+                amounts = rise / max(float(np.diff(table.force(beyond[[0, -1]]))[0]), TINY) * np.geomspace(0.7, 30, _AMPLITUDES)
             else:
                 i = min(int(np.searchsorted(position, place)), n - 3)
                 rise = np.abs(self.objective.force - self.objective.force[max(i - 12, 0) : i + 1].mean())
