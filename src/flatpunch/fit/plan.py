@@ -237,8 +237,8 @@ def planned(
     sample = Sample(medium, indenter, work_of_adhesion)
     for name in names:
         sample.check(name)
-    if set(chosen.nuisance) & {"sine", "cosine", "wavelength", "drag"}:
-        raise ValueError("baseline = 'sine' and drag are not planned; choose 'constant', 'linear' or 'none'.")
+    if "drag" in chosen.nuisance:
+        raise ValueError("drag is not planned; leave it out.")
     deepest = positive("depth", depth, "It is the largest indentation depth [m].", unit="m")
     scatter = positive("noise", noise, "It is the standard deviation of the force readings [N].", unit="N")
     count = whole("points", points, len(names) + len(chosen.nuisance) + 1, "It is the number of readings.", most=10**7)

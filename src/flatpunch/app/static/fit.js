@@ -80,7 +80,7 @@ function fields(tools) {
     more.append(field(`fit.${key_}`, { label, kind: "text", value: "", example }));
   }
   // the choice that most often matters is beside the button, outside the form's element
-  const baseline = field("fit.baseline", { label: "Baseline", kind: "choice", value: "", choices: ["auto", "constant", "linear", "sine", "none"] });
+  const baseline = field("fit.baseline", { label: "Baseline", kind: "choice", value: "", choices: ["auto", "constant", "linear", "none"] });
   baseline.dataset.tabs = "fit";
   const choose = baseline.querySelector("select");
   choose.setAttribute("form", "form");

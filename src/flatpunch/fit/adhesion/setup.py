@@ -120,7 +120,7 @@ def _background(found: Approach, settings: Settings) -> Array:
     far = np.zeros(n, dtype=bool)
     far[top + int((1 - _FREE) * (n - top)) :] = True
     position = curve.position
-    if settings.baseline not in ("linear", "sine"):
+    if settings.baseline != "linear":
         return np.full(n, float(np.median(curve.force[far])))
     if top > 0.2 * n:
         far[: int(_FREE * top)] = True
@@ -315,7 +315,7 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
         for i in range(places.size):
             x = trial.copy()
             x[[*moduli, *works]] += np.log(factor[i])
-            rest = {"contact": (places[i] - origin) / width, "wavelength": 1.0, **coefficients}
+            rest = {"contact": (places[i] - origin) / width, **coefficients}
             found.append((float(misfit[i]), np.append(x, [rest.get(name, 0.0) for name in objective.nuisance])))
     found.sort(key=lambda pair: pair[0])
     # the best few, of different ratios where there are some: the valley has more than one end

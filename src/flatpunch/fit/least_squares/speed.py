@@ -85,7 +85,7 @@ def shows_drag(curves: Sequence[Curve], settings: Settings) -> bool:
     left, unclear, place = (np.concatenate(column) for column in (varying, noise, places))
     fastest = float(np.abs(left).max())
     terms = [np.ones(left.size)] if settings.baseline != "none" else []
-    if settings.baseline in ("linear", "sine"):
+    if settings.baseline == "linear":
         terms.append((place - place.mean()) / max(float(np.ptp(place)), TINY))
     if terms:
         columns = np.array(terms).T

@@ -18,7 +18,7 @@ from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
-Baseline = Literal["auto", "constant", "linear", "sine", "none"]
+Baseline = Literal["auto", "constant", "linear", "none"]
 Segment = Literal["auto", "approach", "retract", "both"]
 FitMethod = Literal["auto"] | MethodName | Method
 """A contact method, its short name, or the choice of one."""
@@ -102,10 +102,10 @@ class Settings:
     ----------
     contact : "free", float, (minimum, maximum) or {"min": ..., "max": ...}
         Contact point: fitted, given [m] on the curve's own depth axis, or fitted between limits.
-    baseline : "auto", "constant", "linear", "sine" or "none"
-        Force without contact: fitted constant, fitted straight line, straight line with a sine (laser interference), or zero.
-        By itself a straight line where the readings before the contact show a tilt (Bayesian information criterion); else a
-        constant, and the tilt that they do not exclude widens the intervals.
+    baseline : "auto", "constant", "linear" or "none"
+        Force without contact. By itself a constant or, where the readings before the contact show it, a tilt, and a random process
+        (drift, waves of interference) of the size that these readings show, which widens the intervals; else a constant, a
+        straight line, or zero, as the user says.
     drag : "free" or float
         Hydrodynamic drag of the cantilever [N s/m]: force per speed of its base, fitted or given. Needs times, and to
         be fitted another speed than one: of the approach, or of a retraction that ends without contact.
@@ -157,7 +157,7 @@ class Settings:
 
     def __post_init__(self) -> None:
         choices = {
-            "baseline": ("auto", "constant", "linear", "sine", "none"),
+            "baseline": ("auto", "constant", "linear", "none"),
             "loss": ("linear", "soft_l1", "huber", "cauchy"),
             "adhesion": ("refuse", "above", "ignore"),
             "direction": ("auto", "growing", "falling"),
@@ -182,14 +182,10 @@ class Settings:
     @property
     def nuisance(self) -> tuple[str, ...]:
         """Which of the contact point and the coefficients of the background are fitted."""
-        wave = self.baseline == "sine"
         wanted = {
             "contact": isinstance(self.contact, (str, tuple)),
             "baseline": self.baseline != "none",
-            "tilt": self.baseline in ("linear", "sine"),
-            "sine": wave,
-            "cosine": wave,
-            "wavelength": wave,
+            "tilt": self.baseline == "linear",
             "drag": self.drag == "free",
         }
         return tuple(name for name in NUISANCE if wanted[name])
@@ -199,7 +195,7 @@ class Settings:
         """Contact point and coefficients of the background where they are not fitted, SI."""
         contact = self.contact if isinstance(self.contact, float) else 0.0
         drag = 0.0 if self.drag == "free" else float(self.drag)
-        return dict.fromkeys(NUISANCE, 0.0) | {"contact": contact, "drag": drag, "wavelength": 1.0}
+        return dict.fromkeys(NUISANCE, 0.0) | {"contact": contact, "drag": drag}
 
     @property
     def contact_limits(self) -> tuple[float | None, float | None]:

@@ -3,7 +3,7 @@
 theta are the free parameters in their internal form. The background is what the force reads without contact, over the position
 p of the cantilever's base (of the tip where there is no cantilever):
 
-    B = baseline + tilt (p - p_1) + sine sin(2 pi (p - p_1)/wavelength) + cosine cos(...) + drag v,
+    B = baseline + tilt (p - p_1) + drag v,
 
 with v the speed of p. contact is in units of the depth range from the first point, forces in units of the force range, so that
 all of x are of order one; the baseline counts from the median of the measured force, so that no offset of it is large.
@@ -21,7 +21,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.fit.measured.curve import Curve
 
-NUISANCE = ("contact", "baseline", "tilt", "sine", "cosine", "wavelength", "drag")
+NUISANCE = ("contact", "baseline", "tilt", "drag")
 
 
 class Frame(NamedTuple):
@@ -112,9 +112,6 @@ class Unknowns(ABC):
             "contact": (f.origin, f.width),
             "baseline": (f.level, f.span),
             "tilt": (0.0, f.span / f.way),
-            "sine": (0.0, f.span),
-            "cosine": (0.0, f.span),
-            "wavelength": (0.0, f.way),
             "drag": (0.0, f.span / f.speed),
         }
         object.__setattr__(self, "_scales", scales)
@@ -142,9 +139,6 @@ class Unknowns(ABC):
         result = np.zeros_like(position)
         if np.any(rest.get("tilt", 0.0)):
             result = result + rest["tilt"] * (position - self.frame.first)
-        if np.any(rest.get("sine", 0.0)) or np.any(rest.get("cosine", 0.0)):
-            phase = 2 * np.pi * (position - self.frame.first) / rest["wavelength"]
-            result = result + rest["sine"] * np.sin(phase) + rest["cosine"] * np.cos(phase)
         if speed is not None and np.any(rest.get("drag", 0.0)):
             result = result + rest["drag"] * speed
         return result
@@ -156,13 +150,4 @@ class Unknowns(ABC):
             return np.ones_like(position)
         if name == "tilt":
             return along / self.frame.way
-        if name == "drag":
-            return np.zeros_like(position) if speed is None else speed / self.frame.speed
-        phase = 2 * np.pi * along / rest["wavelength"]
-        if name == "sine":
-            return np.asarray(np.sin(phase))
-        if name == "cosine":
-            return np.asarray(np.cos(phase))
-        # wavelength
-        by_phase = rest["sine"] * np.cos(phase) - rest["cosine"] * np.sin(phase)
-        return np.asarray(-by_phase * phase / rest["wavelength"] * self.frame.way / self.frame.span)
+        return np.zeros_like(position) if speed is None else speed / self.frame.speed

@@ -83,8 +83,6 @@ def _check_times(curve: Curve, settings: Settings) -> None:
         )
     if settings.depth_to is not None or settings.force_to is not None:
         raise ValueError("depth_to and force_to do not go with relaxation: what was before is remembered.")
-    if settings.baseline == "sine":
-        raise ValueError("baseline = 'sine' does not go with relaxation; it is 'constant', 'linear' or 'none'.")
     steps = np.diff(curve.time)
     if (steps < 0).any() or not steps.any():
         i = int(np.argmin(steps))
