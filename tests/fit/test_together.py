@@ -10,7 +10,7 @@ from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
 from flatpunch.fit import Curve, CurveError, Measured, fit, fit_together, read_fit_case
-from flatpunch.fit.pictures import together_figure
+from flatpunch.fit.pictures import fit_figure
 from flatpunch.indenters import Cone, Paraboloid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, StandardLinearSolid
 from support.synthetic_curves import synthetic
@@ -64,7 +64,7 @@ def test_residuals_are_drawn_as_they_are_weighted():
         curve = Curve.from_piezo(piezo, clean.force + noise, 0.05, name=f"bead {i}")
         curves.append(Measured(curve, indenter=Sphere(radius)))
     found = fit_together(curves, layer(2e3), Sphere(2e-6), free=[YOUNG])
-    bottom = together_figure(found).axes[1]
+    bottom = fit_figure(found).axes[1]
     for line in bottom.get_lines()[:2]:
         drawn = line.get_ydata()
         # of 500 normal readings none is beyond 5

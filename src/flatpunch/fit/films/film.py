@@ -28,8 +28,8 @@ from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import MODULI, external, internal, replaced, slope, value_of
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.quantities import label, quantity
+from flatpunch.fit.report.table import Estimate
 from flatpunch.media import AnyLayer, Body, GradedLayer, HalfSpace, Layer, Medium
 
 _FRAME = "frame"
