@@ -1,5 +1,7 @@
 """Films from their contact stiffness; the correction of reported half-space moduli."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -71,7 +73,7 @@ def test_formulas_that_determine_nothing_are_said_and_not_drawn():
     seen = drifting.stiffness * (1 + 0.5 * np.exp(-drifting.depth / 5e-8))
     result = fit_film(Curve(drifting.depth, drifting.force, stiffness=seen), Medium([Layer(60e9, 0.2, T)], body), TIP)
     assert np.isnan(result.others["King"][0])
-    assert "King               not determined" in result.summary()
+    assert re.search(r"King +not determined", result.summary())
     axes = plot_fit(result)
     assert axes.get_ylim()[1] < 300
     assert not any("King" in text for text in axes.get_legend_handles_labels()[1])

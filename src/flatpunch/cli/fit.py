@@ -356,18 +356,17 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
 
 def _film_table(result: FilmResult, path: Path) -> Path:
     """Write the points of a film."""
-    import pandas as pd
-
-    from flatpunch._support.whole_file import whole_file
+    from flatpunch.files.results import write
+    from flatpunch.fit.report.table import csv_of
 
     points = result.points
     columns = {
-        "depth [m]": points.depth,
-        "contact depth [m]": points.contact_depth,
-        "contact radius [m]": points.radius,
-        "apparent modulus [Pa]": points.apparent,
-        "fitted modulus [Pa]": result.model,
+        "depth": points.depth,
+        "contact depth": points.contact_depth,
+        "contact radius": points.radius,
+        "apparent modulus": points.apparent,
+        "fitted modulus": result.model,
     }
-    with whole_file(path) as temporary:
-        pd.DataFrame(columns).to_csv(temporary, index=False, na_rep="nan", lineterminator="\r\n")
-    return path
+    units = {name: "Pa" if name.endswith("modulus") else "m" for name in columns}
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return write(path, csv_of([dict(zip(columns, row, strict=True)) for row in rows], units).encode())

@@ -208,7 +208,7 @@ def _draws(posterior: Posterior, name: str, second: str | None, axes: Axes) -> N
         axes.axvline(float(np.median(values[0])), color=BLUE)
         axes.set_yticks([])
     else:
-        counts, *edges = np.histogram2d(*values, bins=_CELLS)
+        counts, *edges = np.histogram2d(values[0], values[1], bins=_CELLS)
         smooth = gaussian_filter(counts, 1.0, mode="constant")
         ordered = np.sort(smooth.ravel())[::-1]
         places = np.searchsorted(np.cumsum(ordered) / ordered.sum(), _HELD)

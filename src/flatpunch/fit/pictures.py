@@ -1,4 +1,4 @@
-"""Pictures of fits: curves with their fit, the valley between two parameters, the modulus over depth, hard films."""
+"""Pictures of fits: curves with their fit, the modulus over depth, hard films."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch._support.kinds import instance
 from flatpunch.fit.distributions import bars
 from flatpunch.fit.half_space.formulas import layer_on_top
-from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
 from flatpunch.fit.report.quantities import label as label_of
 from flatpunch.plots.style import (
@@ -25,7 +24,6 @@ from flatpunch.plots.style import (
     StyleName,
     axes_or_new,
     legend_below,
-    logarithmic,
     next_colour,
     printed,
     scale_of,
@@ -108,42 +106,19 @@ def plot_fit(
     return drawn
 
 
-def fit_figure(result: FitResult, *, valley: bool | None = None, style: StyleName | str = "screen") -> Figure:
-    """Force with fit over residuals; of one curve also the valley of two parameters, by default where it is a note."""
+def fit_figure(result: FitResult, *, style: StyleName | str = "screen") -> Figure:
+    """Force with fit, over residuals; of several curves the force over the baseline and the residuals over the noise."""
     several = len(result.results) > 1
-    pair = None if several else most_tangled(result)
-    notes = "".join(result.notes)
-    wanted = pair is not None and (valley if valley is not None else "distinguish" in notes or "combination" in notes)
     with styled(style) as chosen:
-        beside = wanted and chosen.width != chosen.panel[0]
-        figure = Figure(
-            figsize=sheet(chosen, 0.5 if beside else 3 / 2 if wanted else 3 / 4, 1 + beside), layout="constrained"
-        )
-        shape = (2, 2 if beside else 1) if beside or not wanted else (3, 1)
-        grid = figure.add_gridspec(*shape, height_ratios=[3, 1, 3][: shape[0]])
-        top = figure.add_subplot(grid[0, 0])
-        bottom = figure.add_subplot(grid[1, 0], sharex=top)
+        figure = Figure(figsize=sheet(chosen, 1 if several and chosen.across == 1 else 3 / 4), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
         if several:
             _several(result, top, bottom)
         else:
             _measured_and_fitted(result, top)
             _residuals(result, bottom)
         top.set_xlabel("")
-        top.tick_params(labelbottom=False)
-        if wanted and pair is not None:
-            _valley(result, *pair, figure.add_subplot(grid[:, 1] if beside else grid[2, 0]))
     return figure
-
-
-def most_tangled(result: FitResult) -> tuple[str, str] | None:
-    """The two free parameters with the largest correlation; None if there are fewer than two."""
-    free = result.problem.free
-    # undetermined pairs have no correlation; they are as tangled as can be
-    table = np.tril(np.nan_to_num(np.abs(result.correlation[: len(free), : len(free)]), nan=2.0), -1)
-    if len(free) < 2:
-        return None
-    k, j = np.unravel_index(int(np.argmax(table)), table.shape)
-    return free[j], free[k]
 
 
 def _along(result: FitResult, axis: Axis) -> tuple[Array, str]:
@@ -236,29 +211,6 @@ def _title(name: str, result: FitResult, parameters: Sequence[str]) -> str:
     # a value keeps to its line: spaces within it do not break
     values = ", ".join(printed(word).replace("-", "−").replace(" ", "\u00a0") for word in words)
     return textwrap.fill(f"{name}: {values}" if values else name, _LETTERS, break_on_hyphens=False)
-
-
-def _valley(result: FitResult, first: str, second: str, axes: Axes) -> None:
-    """Best value of a parameter for each value of another, thick inside the interval."""
-    found = result.profile(first)
-    (x, x_unit), (y, y_unit) = (_scaled(v, n) for v, n in ((found.values, first), (found.others[second], second)))
-    inside = (found.values >= found.low) & (found.values <= found.high)
-    axes.plot(x, y, color=ORANGE, lw=1, label="best for each value")
-    axes.plot(x[inside], y[inside], color=BLUE, lw=4, alpha=0.5, label=f"{100 * result.settings.level:g} % interval")
-    best = int(np.argmin(np.abs(found.signed_root)))
-    axes.plot(x[best], y[best], "o", ms=4, color="white", mec="black", mew=THIN)
-    for values, name, which in ((x, first, "x"), (y, second, "y")):
-        if plain_limits(name) is None and values.max() > 4 * values.min():
-            logarithmic(axes, which)
-    axes.set_xlabel(axis_label(first, x_unit))
-    axes.set_ylabel(axis_label(second, y_unit))
-    axes.legend(loc="best")
-
-
-def _scaled(values: Array, name: str) -> tuple[Array, str]:
-    """Values of a parameter in a readable unit."""
-    factor, unit = scale_of(values, unit_of(name))
-    return values * factor, unit
 
 
 def drift_figure(

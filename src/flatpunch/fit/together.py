@@ -144,7 +144,7 @@ def fit_together(
     _check(measured, shared, each, chosen)
     # where each curve begins need not be its minimum
     alone = [_alone(m, sample, {**shared, **each}, replace(chosen, quick=True)) for m in measured]
-    return _joined(Problem.of(*zip(*alone, strict=True), len(shared)), chosen)
+    return _joined(Problem.of([setup for setup, _ in alone], [x for _, x in alone], len(shared)), chosen)
 
 
 def _check(
@@ -206,16 +206,13 @@ def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
 
 def _joined(problem: Problem, settings: Settings) -> FitResult:
     """The fit of all curves, each over its noise."""
-    coarse, found = problem.coarse, None
+    coarse, x, noise = problem.coarse, problem.start, _noises(problem, problem.start)
+    # each step of a search without tables solves the contacts, and valleys that hardly end would cost hundreds
     settled, steps = (SETTLED, 200) if problem.tabulated else (1e-2, 20)
-    noise = _noises(problem, problem.start)
     # fits, each with the noise of the one before, until it stays within a per cent
     for _ in range(3):
-        problem, before = replace(problem, noise=noise), noise
-        start = problem.start if found is None else found.x
-        evaluate = replace(coarse, noise=noise).evaluate
-        found = minimise(evaluate, start, *problem.bounds, settled=settled, steps=steps)
-        noise = _noises(problem, found.x)
+        found = minimise(replace(coarse, noise=noise).evaluate, x, *problem.bounds, settled=settled, steps=steps)
+        x, before, noise = found.x, noise, _noises(problem, found.x)
         if np.abs(noise / before - 1).max() < 0.01:
             break
     notes: tuple[str, ...] = ()
@@ -246,7 +243,7 @@ def _noise(residual: Array, count: int, fall: float = 0.0) -> float:
     """The same of one curve, whose sum of squares is lower by `fall`."""
     variance = (residual @ residual - fall) / max(residual.size - count, 1)
     # data without noise have rounding
-    return max(float(np.sqrt(max(variance, 0.0) * residual.size / max(independent(residual), 1.0))), ROUNDING)
+    return max(float(np.sqrt(np.maximum(variance, 0.0) * residual.size / max(independent(residual), 1.0))), ROUNDING)
 
 
 def _excess(alone: FitResult) -> tuple[float, int]:

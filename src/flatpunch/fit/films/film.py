@@ -26,28 +26,13 @@ from flatpunch.fit.half_space.contact_area import punch_modulus
 from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
-from flatpunch.fit.parameters.scaling import MODULI, external, internal, replaced, slope, value_of
+from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.report.quantities import label, quantity
-from flatpunch.fit.report.table import Estimate
+from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.table import Estimate, Row, Rows, rows_of
 from flatpunch.media import AnyLayer, Body, GradedLayer, HalfSpace, Layer, Medium
 
 _FRAME = "frame"
-
-
-def _unit(name: str) -> str:
-    """SI unit of a fitted value of a film."""
-    return "m/N" if name == _FRAME else "Pa" if name.endswith(MODULI) else "m" if name.endswith("thickness") else ""
-
-
-def _label(name: str) -> str:
-    """A fitted value in the words of the field."""
-    return "frame compliance" if name == _FRAME else label(name)
-
-
-def _modulus(young: float) -> str:
-    """Modulus by a published formula, in words."""
-    return quantity(young, "Pa") if np.isfinite(young) else "not determined"
 
 
 @readable
@@ -108,35 +93,24 @@ class FilmResult:
 
     def _line_(self) -> str:
         """The fitted values."""
-        found = ", ".join(f"{name}={quantity(e.value, _unit(name))}" for name, e in self.estimates.items())
+        found = ", ".join(f"{name}={quantity(e.value, unit_of(name))}" for name, e in self.estimates.items())
         return f"FilmResult({found}, {self.points.depth.size} points, misfit {self.misfit:.2%})"
 
-    def _table_(self) -> Table:
-        """A row for each fitted value, and for what published formulas give from the same points."""
-        rows = [
-            (
-                _label(name),
-                quantity(e.value, _unit(name)),
-                f"{quantity(e.low, _unit(name))} .. {quantity(e.high, _unit(name))}",
-            )
-            for name, e in self.estimates.items()
-        ]
-        rows += [(f"by {name}", _modulus(v), f"misfit {m:.2%}") for name, (v, m) in self.others.items()]
+    def table(self) -> Rows:
+        """The table: a row for each fitted value, and for what published formulas give from the same points."""
+        nan = float("nan")
+        others = [Row(name, Estimate(v, nan), "Pa", f"misfit {m:.2%}") for name, (v, m) in self.others.items()]
         notes = (*self.notes, *([str(self.rule)] if self.rule is not None else []))
-        title = f"Film: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
-        return Table(title, ("", "value", "95 % interval"), tuple(rows), notes)
+        title = f"{self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
+        return Rows(title, (*rows_of(self.estimates), *others), notes=notes)
+
+    def _table_(self) -> Table:
+        """A row for each value."""
+        return self.table().cells()
 
     def summary(self) -> str:
         """The result in words."""
-        lines = [f"{self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"]
-        for name, e in self.estimates.items():
-            unit = _unit(name)
-            value, low, high = (quantity(v, unit) for v in (e.value, e.low, e.high))
-            lines.append(f"  {_label(name):<18} {value:>14}   95 % in {low} .. {high}")
-        lines += [f"  {name:<18} {_modulus(v):>14}   misfit {m:.2%}" for name, (v, m) in self.others.items()]
-        if self.rule is not None:
-            lines.append(f"  {self.rule}")
-        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+        return self.table().text()
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,6 @@ stiffness of the contact (`contact_area`).
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -36,6 +34,7 @@ from flatpunch.fit.half_space.formulas import (
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.fit.report.quantities import quantity
+from flatpunch.fit.report.table import csv_of
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Medium
 
@@ -108,11 +107,9 @@ class Correction:
 
     def to_csv(self) -> str:
         """Return the moduli as CSV, a line for the exact contact and for each published correction."""
-        out = io.StringIO()
-        table = csv.writer(out, lineterminator="\n")
-        table.writerow(["formula", "young [Pa]", "deviation [-]", "remark"])
-        table.writerows([name, young, young / self.young - 1, remark] for name, young, remark in self.rows())
-        return out.getvalue()
+        names = ("formula", "young", "deviation", "remark")
+        rows = [(name, young, young / self.young - 1, remark) for name, young, remark in self.rows()]
+        return csv_of([dict(zip(names, row, strict=True)) for row in rows], {"deviation": "-"})
 
     def dataset(self) -> xr.Dataset:
         """Return the result as a dataset: moduli by `formula`, the exact contact first, and the apparent modulus by `depth`."""

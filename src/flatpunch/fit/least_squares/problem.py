@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from flatpunch._support.checks import Array, Indices
 from flatpunch.fit.least_squares.minimum import Minimum
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.parameters.scaling import OF, external, kind, plain_limits
-from flatpunch.fit.parameters.unknowns import Unknowns
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,24 +65,25 @@ class Problem:
             names, free = setup.objective.names, setup.objective.model.free
             return cls((setup,), names, free, (np.arange(x.size),), x, np.ones(1))
         count = len(setups[0].objective.model.free)
-        names_, free_ = list(setups[0].objective.names[:shared]), ()
+        names_: list[str] = list(setups[0].objective.names[:shared])
         places: list[list[int]] = [list(range(shared)) for _ in setups]
         for some in (slice(shared, count), slice(count, None)):
             for setup, place in zip(setups, places, strict=True):
                 mine = setup.objective.names[some]
                 place += range(len(names_), len(names_) + len(mine))
                 names_ += [f"{name}{OF}{setup.part.name}" for name in mine]
-            free_ = free_ or tuple(names_)
+            if some.stop == count:
+                free = tuple(names_)
         start = np.empty(len(names_))
         for x, place in zip(starts, places, strict=True):
             start[place] = x
         start[:shared] = np.median([x[:shared] for x in starts], axis=0)
         indices = tuple(np.array(place) for place in places)
-        return cls(tuple(setups), tuple(names_), free_, indices, start, np.ones(len(setups)))
+        return cls(tuple(setups), tuple(names_), free, indices, start, np.ones(len(setups)))
 
     @property
-    def parts(self) -> tuple[Unknowns, ...]:
-        """The problem of each curve."""
+    def parts(self) -> tuple[Any, ...]:
+        """The problem of each curve, an `Unknowns` of its kind."""
         return tuple(setup.objective for setup in self.setups)
 
     @property
@@ -116,7 +117,8 @@ class Problem:
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n)."""
         if len(self.setups) == 1:
-            return self.parts[0].evaluate(x)
+            found_: tuple[Array, Array] = self.parts[0].evaluate(x)
+            return found_
         found = [part.evaluate(x[places]) for part, places in zip(self.parts, self.places, strict=True)]
         residual = np.concatenate([r / s for (r, _), s in zip(found, self.noise, strict=True)])
         jacobian = np.zeros((x.size, residual.size))

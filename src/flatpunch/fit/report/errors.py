@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch.fit.least_squares.minimum import SOON, Minimum, covariance, minimise
 from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.least_squares.robust import influence, noise_variance, robust_scale
@@ -64,8 +65,8 @@ def _estimated(problem: Problem, found: Minimum, spread: Array, level: float) ->
         bound = bool(found.at_bound[j])
         if name in scales:
             offset, unit = scales[name]
-            value, ends = offset + unit * x, (offset + unit * (x - reach[j]), offset + unit * (x + reach[j]))
-            estimates[name] = Estimate(value, unit * error, *map(float, ends), at_bound=bound)
+            low, high = (float(offset + unit * (x + s * reach[j])) for s in (-1, 1))
+            estimates[name] = Estimate(offset + unit * x, unit * error, low, high, at_bound=bound)
         else:
             value = external(name, x)
             low, high = (external(name, float(np.clip(x + s * reach[j], lower[j], upper[j]))) for s in (-1, 1))
@@ -128,7 +129,8 @@ def _calibrations(problem: Problem, found: Minimum) -> Array:
 def _recalibrated(setup: Setup, name: str, factor: float) -> Unknowns:
     """The problem of a curve with a constant of the calibration that is larger by a factor."""
     objective, k = setup.objective, setup.part.spring_constant
-    force, changed = objective.force * factor, {}
+    force = objective.force * factor
+    changed: Plain = {}
     if k is not None:
         stiffer = k * factor if name == "spring_constant" else k
         if objective.spring is not None:

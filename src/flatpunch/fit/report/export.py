@@ -1,4 +1,4 @@
-"""A fit in other forms: as a data set for a file, as a problem of lmfit, and the pull-off force that it implies."""
+"""What is made of a fit: a data set for a file, a problem of lmfit, its pull-off force, the error of its tables."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def dataset_of(result: FitResult) -> xr.Dataset:
     """Curves, fitted forces and estimates; see `FitResult.dataset`."""
     results, points = result.results, [each.curve.depth.size for each in result.results]
-    columns = {
+    columns: dict[str, tuple[str, str, list[Any]]] = {
         "depth": ("m", "indentation depth", [r.depth for r in results]),
         "force": ("N", "measured force", [r.curve.force for r in results]),
         "fitted": ("N", "fitted force", [r.force for r in results]),
@@ -120,3 +120,13 @@ def pull_off_force(result: FitResult) -> Estimate | None:
     error = math.sqrt(max(float(by @ result.covariance[:count, :count] @ by), 0.0))
     reach = half_width(result.settings.level, result.freedom) * error
     return Estimate(value, error, max(value - reach, 0.0), value + reach)
+
+
+def model_error(result: FitResult, points: int) -> float:
+    """Largest difference between the tabulated model and the exact one, over the largest force."""
+    deepest = float(result.depth.max())
+    if deepest <= 0:
+        return 0.0
+    depth = deepest * np.geomspace(1e-2, 1, points)
+    exact = result.objective.model.exact(depth, result.values)[0]
+    return float(np.abs(result.objective.model.force(depth, result.values) - exact).max() / exact.max())

@@ -14,7 +14,7 @@ from flatpunch.files.units import text
 from flatpunch.fit.measured.signal import CLEAR, converter_step, noise_of, spread_of
 from flatpunch.fit.report.likelihood import tilt_or_contact
 from flatpunch.fit.report.quantities import label, quantity, unit_of
-from flatpunch.fit.report.table import Estimate, Row
+from flatpunch.fit.report.table import Estimate, rows_of
 from flatpunch.indenters import Paraboloid
 from flatpunch.indenters.profile import Indenter
 
@@ -92,7 +92,7 @@ def _spacing(depth: Array) -> float:
 
 def combinations(names: Sequence[str], undetermined: Array) -> list[list[str]]:
     """Parameters of each combination that changes nothing."""
-    return [[names[i] for i in np.flatnonzero(np.abs(row) > 1e-3)] for row in undetermined]
+    return [[name for name, part in zip(names, row, strict=True) if abs(part) > 1e-3] for row in undetermined]
 
 
 def judged(result: FitResult) -> tuple[str, ...]:
@@ -144,7 +144,7 @@ def _fix(names: Sequence[str]) -> str:
 
 
 def _intervals(result: FitResult, names: Sequence[str]) -> str:
-    return ", ".join(f"{name} {Row(name, result.estimates[name]).interval}" for name in names)
+    return ", ".join(f"{row.name} {row.interval}" for row in rows_of({name: result.estimates[name] for name in names}))
 
 
 def correlated(memory: float, size: int) -> tuple[str, ...]:

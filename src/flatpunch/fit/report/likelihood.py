@@ -82,7 +82,7 @@ def profile(result: FitResult, name: str, level: float | None, points: int) -> P
     best = held.best
     reach = [e if np.isfinite(e) else best + side * _FAR for e, side in zip(ends, (-1, 1), strict=True)]
     x = np.linspace(best + 1.2 * (reach[0] - best), best + 1.2 * (reach[1] - best), points)
-    x = np.unique(np.clip(x, *held.limits))
+    x = np.unique(np.clip(x, held.limits[0], held.limits[1]))
     roots, valley = [], []
     for value in x:
         roots.append(held.root(value))
@@ -114,20 +114,15 @@ def by_profile(result: FitResult, shared: Array) -> dict[str, Estimate]:
         if not cut and errors[j] <= narrow:
             continue
         held = _Held(result, j, problem.coarse)
-        ends = held.ends(half_width(result.settings.level, result.freedom))
+        reach = half_width(result.settings.level, result.freedom)
+        ends = np.array(held.ends(reach))
         by = "profile" if np.isfinite(ends).any() else "nothing"
-        near = [
-            limit if abs(limit - held.best) < _OF_NOBODY else end for limit, end in zip(held.limits, ends, strict=True)
-        ]
-        ends = [end if np.isfinite(end) else limit for end, limit in zip(ends, near, strict=True)]
+        near = np.abs(held.limits - held.best) < _OF_NOBODY
+        ends = np.where(~np.isfinite(ends) & near, held.limits, ends)
         if shared[j, j] > 0:
-            more = half_width(result.settings.level, result.freedom) * float(np.sqrt(shared[j, j]))
-            wider = [
-                held.best + side * float(np.hypot(end - held.best, more))
-                for side, end in zip((-1, 1), ends, strict=True)
-            ]
-            ends = [float(np.clip(end, *held.limits)) for end in wider]
-        low, high = problem.external(j, np.array(ends)).tolist()
+            wider = np.hypot(ends - held.best, reach * np.sqrt(shared[j, j]))
+            ends = np.clip(held.best + np.array([-1, 1]) * wider, held.limits[0], held.limits[1])
+        low, high = problem.external(j, ends).tolist()
         estimates[name] = replace(estimates[name], low=low, high=high, by=by)
     return estimates
 
@@ -163,7 +158,7 @@ class _Held:
     def __post_init__(self) -> None:
         found = self.result.minimum
         self.best, self.warm = float(found.x[self.j]), found.x
-        self.limits = tuple(float(limit[self.j]) for limit in self.problem.bounds)
+        self.limits = np.array([limit[self.j] for limit in self.problem.bounds])
         residual = found.residual if self.problem is self.result.problem else self.problem.evaluate(found.x)[0]
         self.least = float(residual @ residual)
 
@@ -198,7 +193,7 @@ class _Held:
 
     def _crossing(self, side: int, threshold: float) -> float:
         """Where the profile reaches the threshold on one side, by secants."""
-        best, limit = self.best, self.limits[0 if side < 0 else 1]
+        best, limit = self.best, float(self.limits[0 if side < 0 else 1])
         error = np.sqrt(self.result.covariance[self.j, self.j])
         step = threshold * (error if np.isfinite(error) and error > 0 else 0.1)
         inner, outer = (0.0, 0.0), None
@@ -209,7 +204,7 @@ class _Held:
                 inner = (off, value)
         x = best + side * (inner[0] + min(step, 3.0))
         for _ in range(30):
-            x = float(np.clip(x, *self.limits))
+            x = float(np.clip(x, self.limits[0], self.limits[1]))
             value, offset = abs(self.root(x)), abs(x - best)
             if abs(value - threshold) < 1e-2 * threshold:
                 break

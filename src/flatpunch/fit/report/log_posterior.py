@@ -84,7 +84,7 @@ class Part(NamedTuple):
         Its residuals, on all readings or on block means.
     places : ndarray of int
         Where in x its parameters are.
-    count : float
+    worth : float
         Independent readings that would be as certain as its own.
     within : float
         Sum of squares within the blocks.
@@ -92,7 +92,7 @@ class Part(NamedTuple):
 
     objective: Unknowns | Quadratic
     places: Indices
-    count: float
+    worth: float
     within: float = 0.0
 
     @property
@@ -110,6 +110,14 @@ class Part(NamedTuple):
         coarse = blocked(own, rest["contact"] + (rest["baseline"] / own.spring if own.spring else 0.0))
         within = [float(np.sum(each.residuals(at) ** 2)) for each in (own, coarse)]
         return self._replace(objective=coarse, within=max(within[0] - within[1], 0.0)) if coarse is not own else self
+
+    def quadratic(self, middle: Array, root: Array, reach: float) -> Part:
+        """The curve with residuals of second degree; as it is where many vectors are evaluated at once."""
+        if isinstance(self.objective, Quadratic) or self.fast:
+            return self
+        own, spread = self.places, (root @ root.T)[np.ix_(self.places, self.places)]
+        near = np.asarray(np.linalg.cholesky(spread), dtype=float)
+        return self._replace(objective=Quadratic.of(self.objective, middle[own], near, reach))
 
 
 class Scale(NamedTuple):
@@ -185,7 +193,7 @@ class LogPosterior:
         result = np.zeros(len(x))
         for part in self.parts:
             r = self.residuals(part, x)
-            result -= part.count / 2 * np.log(np.einsum("ij,ij->i", r, r) + part.within)
+            result -= part.worth / 2 * np.log(np.einsum("ij,ij->i", r, r) + part.within)
         return result
 
     def residuals(self, part: Part, x: Array) -> Array:
@@ -214,7 +222,7 @@ class LogPosterior:
         for part in self.parts:
             r = self.residuals(part, np.vstack([x, x + step, x - step]))
             slopes = (r[1 : x.size + 1] - r[x.size + 1 :]) / (2 * step[0, 0])
-            variance = (float(r[0] @ r[0]) + part.within) / max(part.count - x.size, 1)
+            variance = (float(r[0] @ r[0]) + part.within) / max(part.worth - x.size, 1)
             information += slopes @ slopes.T / max(variance, TINY)
         for name, prior in self.priors.items():
             j, scale = self.names.index(name), self.scales[name]
@@ -233,24 +241,11 @@ class LogPosterior:
         """
         parts = [part.on_blocks(x) for part in self.parts]
         far = reach * np.abs(root).sum(axis=1)
-        if not all(part.fast for part in parts):
-            if (middle - far <= self.lower).any() or (middle + far >= self.upper).any():
-                return self
-            spread = root @ root.T
-            parts = [
-                part
-                if part.fast
-                else part._replace(
-                    objective=Quadratic.of(
-                        part.objective,
-                        middle[part.places],
-                        np.linalg.cholesky(spread[np.ix_(part.places, part.places)]),
-                        reach,
-                    )
-                )
-                for part in parts
-            ]
-        return replace(self, parts=tuple(parts))
+        if not all(part.fast for part in parts) and (
+            (middle - far <= self.lower).any() or (middle + far >= self.upper).any()
+        ):
+            return self
+        return replace(self, parts=tuple(part.quadratic(middle, root, reach) for part in parts))
 
 
 def parts_of(problem: Problem, x: Array) -> tuple[Part, ...]:

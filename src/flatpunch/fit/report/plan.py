@@ -87,7 +87,7 @@ class Plan:
             said = f"± {quantity(float(error), unit_of(name))}"
             if value:
                 said = ": ".join(dict.fromkeys((self.error_in_words(name), self.judgement(name))))
-            rows.append(Row(name, Estimate(float(value), float(error), by="plan"), said))
+            rows.append(Row(name, Estimate(float(value), float(error), by="plan"), unit_of(name), said))
         return Rows(self.text, tuple(rows), notes=self.notes)
 
     def summary(self) -> str:

@@ -110,7 +110,7 @@ class Posterior:
             if name in self.priors:
                 note += f", prior {_prior_text(self.priors[name], unit_of(name))}"
             estimate = Estimate(float(np.median(draws)), float(np.std(draws)), *self.interval(name), by="draws")
-            rows.append(Row(name, estimate, note))
+            rows.append(Row(name, estimate, unit_of(name), note))
         title = (
             f"{self.curve}: {len(self.draws)} draws, worth {self.effective.min():.0f} independent ones or more; autocorrelation "
             f"{self.times.max():.0f} steps, {100 * self.acceptance:.0f} % accepted"

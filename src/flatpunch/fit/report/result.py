@@ -25,8 +25,7 @@ from flatpunch.fit.measured.signal import independent, memory_of
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.scaling import OF
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.parameters.unknowns import Unknowns
-from flatpunch.fit.report.export import dataset_of, lmfit_problem, pull_off_force
+from flatpunch.fit.report.export import dataset_of, lmfit_problem, model_error, pull_off_force
 from flatpunch.fit.report.likelihood import Profile, profile
 from flatpunch.fit.report.posterior import Posterior
 from flatpunch.fit.report.quantities import quantity, unit_of
@@ -54,7 +53,6 @@ class FitResult:
         Of the internal parameters (logarithms; contact and baseline in units of the curve's ranges), in the order of `names`.
     undetermined : ndarray, shape (n, parameters)
         Directions that change nothing.
-    settings : Settings
     parts : tuple of FitResult
         The fit of each curve where there are several, see `results`.
     excess : tuple of (float, int)
@@ -98,10 +96,7 @@ class FitResult:
 
     @property
     def results(self) -> tuple[FitResult, ...]:
-        """One for each curve, with the values of the fit; the fit itself where there is one curve.
-
-        What belongs to a curve (`curve`, `used`, `depth`, `force`, `residual`, `noise`, `case`) is theirs.
-        """
+        """One for each curve, with what belongs to it (`curve`, `depth`, `force`, `case`, ...); the fit itself of one curve."""
         return self.parts or (self,)
 
     def __getitem__(self, name: str) -> float:
@@ -167,15 +162,13 @@ class FitResult:
         return self.names.index(name)
 
     def _only(self, what: str) -> int:
-        if len(self.results) > 1:
-            raise BadValue(
-                what, "", f"belongs to each of the {len(self.results)} curves: take it from one of `results`."
-            )
+        if self.parts:
+            raise BadValue(what, "", f"belongs to each of the {len(self.parts)} curves: take it from one of `results`.")
         return 0
 
     @property
-    def objective(self) -> Unknowns:
-        """Least-squares problem of the curve."""
+    def objective(self) -> Any:
+        """Least-squares problem of the curve, an `Unknowns` of its kind."""
         return self.problem.parts[self._only("objective")]
 
     @property
@@ -227,12 +220,7 @@ class FitResult:
 
     def model_error(self, points: int = 12) -> float:
         """Largest difference between the tabulated model and the exact one, over the largest force."""
-        deepest = float(self.depth.max())
-        if deepest <= 0:
-            return 0.0
-        depth = deepest * np.geomspace(1e-2, 1, points)
-        exact = self.objective.model.exact(depth, self.values)[0]
-        return float(np.abs(self.objective.model.force(depth, self.values) - exact).max() / exact.max())
+        return model_error(self, points)
 
     def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
         """Likelihood profile: a parameter held at each of many values, all others fitted anew.
@@ -259,9 +247,8 @@ class FitResult:
         Returns
         -------
         lmfit.Minimizer
-            Residuals in units of the force range of the curve, without the loss of a robust fit. Its `params` are the values
-            found, in internal form: log_layers_0_young is the natural logarithm of layers[0].young in Pa, Poisson ratios are as
-            they are, contact and background in units of the curve's ranges.
+            Residuals over the force range of the curve, without the loss of a robust fit. Its `params` are the values found, in
+            internal form: log_layers_0_young is the natural logarithm of layers[0].young in Pa, Poisson ratios are as they are.
 
         Raises
         ------
@@ -297,6 +284,10 @@ class FitResult:
     ) -> Posterior:
         """Draw from the posterior: all that curves and prior knowledge say together.
 
+        The noise is normal, its unknown standard deviation is integrated out with the prior 1/s; readings with correlated
+        neighbours count as fewer independent ones. The sampler is emcee's ensemble (Foreman-Mackey et al., PASP 125 (2013) 306),
+        with moves by differential evolution.
+
         Parameters
         ----------
         draws : int
@@ -322,12 +313,6 @@ class FitResult:
         ValueError, TypeError
             On bad input.
 
-        Notes
-        -----
-        The noise is normal, its unknown standard deviation is integrated out with the prior 1/s; readings with correlated
-        neighbours count as fewer independent ones. The sampler is emcee's ensemble (Foreman-Mackey et al., PASP 125 (2013) 306),
-        with moves by differential evolution.
-
         Examples
         --------
         >>> layer, bead = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase()), fp.Sphere(5e-6)
@@ -352,19 +337,19 @@ class FitResult:
 
     def table(self) -> Rows:
         """The table: a row for each fitted value, and for the pull-off force that they imply."""
-        if len(self.results) > 1:
+        if self.parts:
             title = f"{len(self.results)} curves, one sample; they agree with probability {self.agreement:.2g}"
             free = {name: self.estimates[name] for name in self.problem.free}
             return Rows(title, rows_of(free), self.settings.level, self.notes)
         rows = rows_of(self.estimates)
         if self.pull_off is not None:
-            rows = (*rows, Row("pull-off force", self.pull_off))
+            rows = (*rows, Row("pull-off force", self.pull_off, "N"))
         return Rows(self._about(), rows, self.settings.level, self.notes, self.read)
 
     def summary(self) -> str:
         """The result in words."""
         lines = [self.table().text()]
-        for result in self.results if len(self.results) > 1 else ():
+        for result in self.parts:
             about = Rows(result._about(), (), notes=result.notes, read=result.read).text()
             lines += [f"  {line}" for line in about.splitlines()]
         return "\n".join(lines)
@@ -372,7 +357,7 @@ class FitResult:
     def _line_(self) -> str:
         """The fitted values of the case."""
         found = ", ".join(f"{name}={quantity(self[name], unit_of(name))}" for name in self.shared) or "nothing fitted"
-        if len(self.results) > 1:
+        if self.parts:
             return f"FitResult({len(self.results)} curves: {found})"
         return f"FitResult({self.curve.name!r}: {found}, {int(self.used.sum())} points)"
 
@@ -382,7 +367,7 @@ class FitResult:
 
     def rows(self) -> list[Plain]:
         """One line of a table for each curve: values, standard errors, intervals, noise, notes."""
-        if len(self.results) > 1:
+        if self.parts:
             return [{k: v for k, v in each.row().items() if k not in ("ok", "reason")} for each in self.results]
         line: Plain = {"curve": self.curve.name, "ok": True, "reason": "", **self.table().record()}
         line |= {"deepest": float(self.depth.max()), "noise": self.noise, "points": int(self.used.sum())}

@@ -92,16 +92,17 @@ def correlation_of(covariance: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of a table: an estimate by its name. An interval of nan is none."""
+    """One line of a table: an estimate by its name, with its SI unit. An interval of nan is none."""
 
     name: str
     estimate: Estimate
+    unit: str
     note: str = ""
 
     @property
     def value(self) -> str:
         """Value in words: a bound, or no number, where the data do not end its interval."""
-        e, unit = self.estimate, unit_of(self.name)
+        e, unit = self.estimate, self.unit
         if np.isnan(e.value) or e.by == "nothing":
             return "not determined"
         if np.isnan(e.low):
@@ -117,12 +118,12 @@ class Row:
     def stderr(self) -> str:
         """Standard error in words."""
         error = self.estimate.stderr
-        return "" if np.isnan(error) else quantity(error, unit_of(self.name))
+        return "" if np.isnan(error) else quantity(error, self.unit)
 
     @property
     def interval(self) -> str:
         """Interval in words."""
-        e, unit = self.estimate, unit_of(self.name)
+        e, unit = self.estimate, self.unit
         if e.by == "nothing":
             return "any value (not determined by the data)"
         if np.isnan(e.low):
@@ -195,7 +196,7 @@ class Rows:
 
 def rows_of(estimates: Mapping[str, Estimate]) -> tuple[Row, ...]:
     """A row for each estimate."""
-    return tuple(Row(name, estimate) for name, estimate in estimates.items())
+    return tuple(Row(name, estimate, unit_of(name)) for name, estimate in estimates.items())
 
 
 def columns_of(records: Iterable[Plain]) -> list[str]:
