@@ -19,7 +19,7 @@ from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.report.errors import about_curve, reported
-from flatpunch.fit.report.findings import judged
+from flatpunch.fit.report.findings import judged, limits_of_theory
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import evenly_weighted, follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
@@ -173,7 +173,7 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
     start = found.x.copy()
     start[: len(model.free)] = model.start()
     result = reported(Problem.of([setup], [start], 0), found, setup.settings)
-    return replace(result, notes=(*about_curve(result), *judged(result)))
+    return replace(result, notes=(*about_curve(result), *judged(result), *limits_of_theory(result)))
 
 
 def setup_of(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:

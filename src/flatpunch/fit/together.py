@@ -29,7 +29,7 @@ from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import MODULI, OF
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.report.errors import about_curve, reported
-from flatpunch.fit.report.findings import judged
+from flatpunch.fit.report.findings import judged, limits_of_theory
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
 from flatpunch.indenters.profile import Indenter, check_indenter
@@ -285,4 +285,4 @@ def _one_of(joint: FitResult, i: int) -> FitResult:
         undetermined=np.zeros((0, places.size)),
         settings=joint.settings,
     )
-    return replace(result, notes=about_curve(result, joint.shared))
+    return replace(result, notes=(*about_curve(result, joint.shared), *limits_of_theory(result)))

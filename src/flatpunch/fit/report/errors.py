@@ -17,7 +17,7 @@ from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.parameters.scaling import MODULI, external, slope
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import NUISANCE, Unknowns
-from flatpunch.fit.report.findings import about_contact, limits_of_theory, tilt_note
+from flatpunch.fit.report.findings import about_contact, tilt_note
 from flatpunch.fit.report.likelihood import by_profile
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.report.table import Estimate, half_width
@@ -50,10 +50,10 @@ def reported(problem: Problem, found: Minimum, settings: Settings) -> FitResult:
 
 
 def about_curve(result: FitResult, shared: Sequence[str] = ()) -> tuple[str, ...]:
-    """Notes of the fit of one curve, which may share parameters with others: how it was read, background, contact, theory."""
+    """Notes of the fit of one curve, which may share parameters with others: how it was read, its background and contact."""
     (setup,) = result.problem.setups
     tilt = _about_tilt(setup, result, shared) if setup.tilted else ()
-    return (*setup.notes, *tilt, *about_contact(result), *limits_of_theory(result))
+    return (*setup.notes, *tilt, *about_contact(result))
 
 
 def _estimated(problem: Problem, found: Minimum, spread: Array, level: float) -> dict[str, Estimate]:
