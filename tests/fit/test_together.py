@@ -321,7 +321,7 @@ def test_curves_of_a_joint_fit_have_the_notes_of_the_theory(tmp_path):
     assert data["curve"].values.tolist() == ["bead 0"] * 300 + ["bead 1"] * 300
     np.testing.assert_array_equal(data["fitted"].values[300:], found.results[1].force)
     with pytest.raises(ValueError, match=r"curve.* belongs to each of the 2 curves: take it from one of `results`"):
-        found.curve
+        _ = found.curve
     assert found.results[0].results == (found.results[0],)
     quick = fit_together(beads((1.0, 1.0), radius=2e-7), *case, ["base.young"], quick=True)
     assert not any("less force" in note for result in quick.results for note in result.notes)
