@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,14 +17,12 @@ from flatpunch._version import __version__
 from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.parameters.scaling import OF, plain_limits
 from flatpunch.fit.parameters.unknowns import NUISANCE
+from flatpunch.fit.report.fitted import Fitted
 from flatpunch.fit.report.quantities import unit_of
 from flatpunch.fit.report.table import Estimate, half_width
 
-if TYPE_CHECKING:
-    from flatpunch.fit.report.result import FitResult
 
-
-def dataset_of(result: FitResult) -> xr.Dataset:
+def dataset_of(result: Fitted) -> xr.Dataset:
     """Curves, fitted forces and estimates; see `FitResult.dataset`."""
     results, points = result.results, [each.curve.depth.size for each in result.results]
     columns: dict[str, tuple[str, str, list[Any]]] = {
@@ -62,7 +60,7 @@ def dataset_of(result: FitResult) -> xr.Dataset:
     return xr.Dataset(data, coordinates, attributes)
 
 
-def _sample(result: FitResult) -> dict[str, str | float]:
+def _sample(result: Fitted) -> dict[str, str | float]:
     """Sample and method of a curve as attributes of a file."""
     model = result.objective.model
     sample = model.sample_at(result.values)
@@ -79,7 +77,7 @@ def _sample(result: FitResult) -> dict[str, str | float]:
     return found
 
 
-def lmfit_problem(result: FitResult) -> Any:
+def lmfit_problem(result: Fitted) -> Any:
     """`lmfit.Minimizer` from the minimum that was found; see `FitResult.to_lmfit`."""
     try:
         import lmfit
@@ -100,7 +98,7 @@ def lmfit_problem(result: FitResult) -> Any:
     return lmfit.Minimizer(residual, parameters)
 
 
-def pull_off_force(result: FitResult) -> Estimate | None:
+def pull_off_force(result: Fitted) -> Estimate | None:
     """Largest tension of the contact [N]; see `FitResult.pull_off`.
 
     Where the force is smallest it does not change with the depth: its derivatives by the parameters are those at this depth.
@@ -122,7 +120,7 @@ def pull_off_force(result: FitResult) -> Estimate | None:
     return Estimate(value, error, max(value - reach, 0.0), value + reach)
 
 
-def model_error(result: FitResult, points: int) -> float:
+def model_error(result: Fitted, points: int) -> float:
     """Largest difference between the tabulated model and the exact one, over the largest force."""
     deepest = float(result.depth.max())
     if deepest <= 0:

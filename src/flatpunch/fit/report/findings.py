@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.optimize import brentq
@@ -12,14 +11,12 @@ from flatpunch._support.checks import TINY, Array
 from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.files.units import text
 from flatpunch.fit.measured.signal import CLEAR, converter_step, noise_of, spread_of
+from flatpunch.fit.report.fitted import Fitted
 from flatpunch.fit.report.likelihood import tilt_or_contact
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.table import Estimate, rows_of
 from flatpunch.indenters import Paraboloid
 from flatpunch.indenters.profile import Indenter
-
-if TYPE_CHECKING:
-    from flatpunch.fit.report.result import FitResult
 
 WIDE = 0.1
 """Relative standard error that counts as wide."""
@@ -37,7 +34,7 @@ _WHOLE = 17.0
 """Depth over radius at which the contact of a sphere is its equator, to rounding."""
 
 
-def doubts(result: FitResult) -> tuple[str, ...]:
+def doubts(result: Fitted) -> tuple[str, ...]:
     """Reasons not to count a fit as one: a value on a limit, a contact outside the data, residuals far above the noise."""
     counted = (*result.problem.free, "contact")
     found = [
@@ -55,7 +52,7 @@ def doubts(result: FitResult) -> tuple[str, ...]:
     return tuple(found)
 
 
-def contact_outside(result: FitResult) -> str:
+def contact_outside(result: Fitted) -> str:
     """Whether the data begin in contact, or end before it.
 
     Instruments that detect the contact themselves begin at it: a contact point within one reading of the first is inside.
@@ -75,7 +72,7 @@ def contact_outside(result: FitResult) -> str:
     return ""
 
 
-def about_contact(result: FitResult) -> tuple[str, ...]:
+def about_contact(result: Fitted) -> tuple[str, ...]:
     """A note about a contact point that the data do not show."""
     outside = contact_outside(result)
     if not outside and "contact" in result.estimates and result.depth[result.used].min() >= -_spacing(result.depth):
@@ -95,7 +92,7 @@ def combinations(names: Sequence[str], undetermined: Array) -> list[list[str]]:
     return [[name for name, part in zip(names, row, strict=True) if abs(part) > 1e-3] for row in undetermined]
 
 
-def judged(result: FitResult) -> tuple[str, ...]:
+def judged(result: Fitted) -> tuple[str, ...]:
     """What the numbers do not say by themselves."""
     names, free, notes = result.names, result.problem.free, []
     for together in combinations(names, result.undetermined):
@@ -143,7 +140,7 @@ def _fix(names: Sequence[str]) -> str:
     return f"Fix {'it' if len(names) == 1 else 'one of them' if len(names) == 2 else 'all but one'}"
 
 
-def _intervals(result: FitResult, names: Sequence[str]) -> str:
+def _intervals(result: Fitted, names: Sequence[str]) -> str:
     return ", ".join(f"{row.name} {row.interval}" for row in rows_of({name: result.estimates[name] for name in names}))
 
 
@@ -187,7 +184,7 @@ def tilt_note(other: str, moved: Mapping[str, tuple[float, Estimate]]) -> tuple[
     return (f"The force without contact is tilted: {taken}with baseline = '{other}' {would}.",)
 
 
-def limits_of_theory(result: FitResult) -> tuple[str, ...]:
+def limits_of_theory(result: Fitted) -> tuple[str, ...]:
     """What the contact theory says about its own limits at the fitted values of one curve.
 
     Notes that take a cold solution are for fits that are not quick only.
@@ -228,7 +225,7 @@ def _as_sphere(tip: Indenter, depth: float) -> list[str]:
     ]
 
 
-def _adhesion(result: FitResult) -> list[str]:
+def _adhesion(result: Fitted) -> list[str]:
     """Whether the tip held on for longer than the theory allows."""
     model, loaded = result.objective.model, np.zeros(result.used.size, dtype=bool)
     loaded[result.objective.part_loaded] = True
@@ -243,7 +240,7 @@ def _adhesion(result: FitResult) -> list[str]:
     ]
 
 
-def _relaxation(result: FitResult) -> list[str]:
+def _relaxation(result: Fitted) -> list[str]:
     """Relaxation times that the curve is too short or too coarse for."""
     notes, time = [], result.objective.time
     longest, shortest = float(np.ptp(time)), float(np.median(np.diff(time)))

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,10 +16,8 @@ from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.readable import readable
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.problem import Problem
+from flatpunch.fit.report.fitted import Fitted
 from flatpunch.fit.report.table import Estimate, half_width
-
-if TYPE_CHECKING:
-    from flatpunch.fit.report.result import FitResult
 
 _FAR = 3.0
 """Where there is no end in sight, a factor 20 of a logarithmic parameter is shown."""
@@ -75,7 +72,7 @@ class Profile:
     others: dict[str, Array]
 
 
-def profile(result: FitResult, name: str, level: float | None, points: int) -> Profile:
+def profile(result: Fitted, name: str, level: float | None, points: int) -> Profile:
     """Likelihood profile; see `FitResult.profile`."""
     held = _Held(result, result.index(name), result.problem)
     ends = held.ends(half_width(level or result.settings.level, result.freedom))
@@ -93,7 +90,7 @@ def profile(result: FitResult, name: str, level: float | None, points: int) -> P
     return Profile(external(held.j, x), np.array(roots), low, high, others)
 
 
-def by_profile(result: FitResult, shared: Array) -> dict[str, Estimate]:
+def by_profile(result: Fitted, shared: Array) -> dict[str, Estimate]:
     """Estimates with intervals by the profile, on block means, where those by the covariance do not do.
 
     `shared` is covariance (p, p) of errors that all readings share, such as that of the calibration; the profile does not know
@@ -127,7 +124,7 @@ def by_profile(result: FitResult, shared: Array) -> dict[str, Estimate]:
     return estimates
 
 
-def tilt_or_contact(result: FitResult) -> bool:
+def tilt_or_contact(result: Fitted) -> bool:
     """Whether a contact that began at the first reading, over another tilt, is within the interval of the contact point.
 
     Then nothing shows the tilt by itself. Judged where most readings are in contact; more before it show the tilt.
@@ -151,7 +148,7 @@ def tilt_or_contact(result: FitResult) -> bool:
 class _Held:
     """The sum of squares with parameter j held, all others fitted anew."""
 
-    result: FitResult
+    result: Fitted
     j: int
     problem: Problem
 

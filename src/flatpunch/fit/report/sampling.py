@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,11 +15,9 @@ from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.scaling import internal, parameter_names, plain_limits
 from flatpunch.fit.report.findings import correlated
+from flatpunch.fit.report.fitted import Fitted
 from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, Scale, parts_of
 from flatpunch.fit.report.posterior import Posterior
-
-if TYPE_CHECKING:
-    from flatpunch.fit.report.result import FitResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +54,7 @@ _FAR = 14.0
 
 @one_blas_thread()
 def draw(
-    result: FitResult, draws: int, priors: Mapping[str, Prior] | None, seed: int, progress: bool | Report | None
+    result: Fitted, draws: int, priors: Mapping[str, Prior] | None, seed: int, progress: bool | Report | None
 ) -> Posterior:
     """Draw from the posterior of a fit; see `FitResult.posterior`."""
     count = whole("draws", draws, 1, "It is the number of draws that are returned.", most=10_000_000)
@@ -93,7 +90,7 @@ def draw(
     )
 
 
-def _moved(positions: Array, result: FitResult, density: LogPosterior, rng: np.random.Generator) -> Array:
+def _moved(positions: Array, result: Fitted, density: LogPosterior, rng: np.random.Generator) -> Array:
     """Draws with errors by a tilt of the baseline that the data do not exclude, as far as they stay within the limits."""
     if result.unseen is None or not result.unseen.any():
         return positions
@@ -103,7 +100,7 @@ def _moved(positions: Array, result: FitResult, density: LogPosterior, rng: np.r
     return np.where(inside, moved, positions)
 
 
-def _density(result: FitResult, given: dict[str, Prior]) -> tuple[LogPosterior, Array]:
+def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Array]:
     """The density, and where the fit ended."""
     problem, x, assumed = result.problem, result.minimum.x, {}
     for name, prior in given.items():
@@ -249,7 +246,7 @@ def _alike(density: LogPosterior, sampled: LogPosterior, positions: Array) -> bo
     return bool(np.std(density.likelihood(some) - sampled.likelihood(some)) < 0.1)
 
 
-def _notes(result: FitResult, density: LogPosterior, positions: Array, values: Array) -> list[str]:
+def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Array) -> list[str]:
     """What the numbers do not say by themselves."""
     notes = list(correlated(result.memory, result.minimum.residual.size))
     spread, (low, high) = np.std(values, axis=0), np.quantile(positions, [0.005, 0.995], axis=0)
