@@ -77,6 +77,24 @@ def test_map_with_intervals(benchmark):
         assert benchmark.stats.stats.min < 5
 
 
+def test_joint_fit_of_three_numbers(benchmark):
+    """Two beads on a film: modulus, thickness and Poisson ratio, which are solved without tables; target 60 s."""
+    film = fp.Medium([fp.Layer(young=5e3, poisson=0.45, thickness=1e-6)], base=fp.HalfSpace(young=5e4, poisson=0.5))
+    start = fp.Medium([fp.Layer(young=4e3, poisson=0.45, thickness=1.2e-6)], base=fp.HalfSpace(young=5e4, poisson=0.5))
+    measured = []
+    for i, radius in enumerate((1e-6, 5e-6)):
+        z, tip = np.linspace(-1.25e-7, 2.5e-7, 1000), fp.Sphere(radius=radius)
+        force = np.zeros(1000)
+        force[z > 0] = fp.indent(film, tip, depth=z[z > 0]).force
+        noise = 0.02 * force.max() * np.random.default_rng(i).normal(size=1000)
+        measured.append(fp.Measured(fp.Curve(z, force + noise, name=f"bead {i}"), indenter=tip))
+    names = [f"layers[0].{name}" for name in ("young", "thickness", "poisson")]
+    found = benchmark.pedantic(fp.fit_together, (measured, start, fp.Sphere(radius=1e-6), names), rounds=1)
+    assert found.agreement > 1e-3
+    if benchmark.enabled:
+        assert benchmark.stats.stats.min < 60
+
+
 def test_ten_thousand_draws(benchmark):
     """Modulus and thickness from 4000 points; target 10 s."""
     depth = np.linspace(-4e-7, 4e-7, 4000)

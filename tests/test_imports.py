@@ -92,7 +92,7 @@ _INSIDE = {
         {"records"},
         {"films", "batch", "case"},
         {"describe"},
-        {"batch_pictures", "posterior_picture", "reading"},
+        {"distributions", "reading"},
         {"pictures"},
         {"__init__"},
     ],

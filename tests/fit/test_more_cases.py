@@ -19,8 +19,8 @@ from flatpunch.cli.app import app
 from flatpunch.files import CaseError
 from flatpunch.fit import Curve, fit, read_curve
 from flatpunch.fit.batch import Batch, fit_batch
-from flatpunch.fit.batch_pictures import map_figure
 from flatpunch.fit.case import read_fit_case
+from flatpunch.fit.distributions import map_figure
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 from support.synthetic_curves import synthetic

@@ -8,9 +8,9 @@ from typer.testing import CliRunner
 
 from flatpunch.cli.app import app
 from flatpunch.contact import indent
-from flatpunch.files import CaseError
+from flatpunch.files import CaseError, load
 from flatpunch.fit import Curve, CurveError, Measured, fit, fit_together, read_fit_case
-from flatpunch.fit.pictures import together_figure
+from flatpunch.fit.pictures import fit_figure
 from flatpunch.indenters import Cone, Paraboloid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, StandardLinearSolid
 from support.synthetic_curves import synthetic
@@ -64,7 +64,7 @@ def test_residuals_are_drawn_as_they_are_weighted():
         curve = Curve.from_piezo(piezo, clean.force + noise, 0.05, name=f"bead {i}")
         curves.append(Measured(curve, indenter=Sphere(radius)))
     found = fit_together(curves, layer(2e3), Sphere(2e-6), free=[YOUNG])
-    bottom = together_figure(found).axes[1]
+    bottom = fit_figure(found).axes[1]
     for line in bottom.get_lines()[:2]:
         drawn = line.get_ydata()
         # of 500 normal readings none is beyond 5
@@ -289,3 +289,39 @@ def test_a_tilt_of_one_curve_is_noted_as_in_a_fit_of_it_alone():
     assert [len(each) for each in notes] == [1, 1, 0]
     assert notes[0] == notes[1]
     assert joint["base.young"] == pytest.approx(4e3, rel=0.005)
+
+
+def beads(springs, radius=5e-6, deepest=4e-7):
+    """Curves on a half-space behind cantilevers whose constants are known to 10 %."""
+    curves = []
+    for i, spring in enumerate(springs):
+        curve = synthetic(HalfSpace(5e3, 0.5), Paraboloid(radius), deepest, noise=0.003, seed=i, points=300)
+        known = {"calibration": {"spring_constant": 0.1}}
+        curves.append(
+            Curve.from_piezo(curve.depth + curve.force / spring, curve.force, spring, name=f"bead {i}", meta=known)
+        )
+    return curves
+
+
+@pytest.mark.parametrize(("springs", "share"), [((1.0, 1.0), 1.0), ((1.0, 1.1), 0.5**0.5)], ids=["one", "two"])
+def test_errors_of_a_cantilever_are_shared_by_its_curves(springs, share):
+    """F = k delta: a relative error of k is one of E, for both curves the same or, of two cantilevers, independent."""
+    found = fit_together(beads(springs), HalfSpace(2e3, 0.5), Paraboloid(5e-6), ["base.young"])
+    assert found.estimates["base.young"].stderr / found["base.young"] == pytest.approx(0.1 * share, rel=0.1)
+
+
+def test_curves_of_a_joint_fit_have_the_notes_of_the_theory(tmp_path):
+    """A paraboloid pressed to more than its radius; files, and what belongs to one curve only."""
+    case = (HalfSpace(2e3, 0.5), Paraboloid(2e-7))
+    found = fit_together(beads((1.0, 1.0), radius=2e-7), *case, ["base.young"])
+    for result in found.results:
+        assert any("% less force on a half-space" in note for note in result.notes)
+        assert result.notes[-1] in found.summary()
+    data = load(found.save(tmp_path / "both.nc"))
+    assert data["curve"].values.tolist() == ["bead 0"] * 300 + ["bead 1"] * 300
+    np.testing.assert_array_equal(data["fitted"].values[300:], found.results[1].force)
+    with pytest.raises(ValueError, match=r"curve.* belongs to each of the 2 curves: take it from one of `results`"):
+        _ = found.curve
+    assert found.results[0].results == (found.results[0],)
+    quick = fit_together(beads((1.0, 1.0), radius=2e-7), *case, ["base.young"], quick=True)
+    assert not any("less force" in note for result in quick.results for note in result.notes)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from flatpunch.fit.case import FitCase
     from flatpunch.fit.films.film import FilmResult
     from flatpunch.fit.measured.curve import Curve
-    from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
 CurveFile = Annotated[
@@ -164,28 +162,23 @@ def _fit_together(
     result = fit_together(read_measured(case), case.medium, case.indenter, shared, own, **settings)
     say(result.summary())
     if profile:
-        _say_profiles(result, result.shared)
-    if output is not None and output.suffix.lower() != ".csv":
-        raise ValueError(f"--output {output}: the table of a joint fit is kept as .csv.")
-
+        _say_profiles(result)
     draws = (posterior, lambda path: _posterior(result, case, path, style))
     say_written(
-        write_all(
-            quiet, draws, (output, result.save), (plot, drawn("fit.pictures:together_figure", result, style=style))
-        )
+        write_all(quiet, draws, (output, result.save), (plot, drawn("fit.pictures:fit_figure", result, style=style)))
     )
 
 
-def _say_profiles(result: FitResult | JointResult, names: Iterable[str]) -> None:
+def _say_profiles(result: FitResult) -> None:
     from flatpunch.fit.report.quantities import label, quantity, unit_of
 
-    for name in names:
+    for name in result.shared:
         found = result.profile(name)
         unit = unit_of(name)
         say(f"  {label(name):<24} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
 
 
-def _posterior(result: FitResult | JointResult, case: FitCase, path: Path, style: str) -> Path:
+def _posterior(result: FitResult, case: FitCase, path: Path, style: str) -> Path:
     """Draw from the posterior, print its summary and write a picture of it or the draws."""
     with progress("Posterior", 1) as step:
         found = result.posterior(
@@ -196,7 +189,7 @@ def _posterior(result: FitResult | JointResult, case: FitCase, path: Path, style
     say(found.summary())
     if path.suffix.lower() in (".nc", ".csv"):
         return Path(found.save(path))
-    return drawn("fit.posterior_picture:posterior_figure", found, style=style)(path)
+    return drawn("fit.distributions:posterior_figure", found, style=style)(path)
 
 
 def _many(path: Path, case: FitCase) -> bool:
@@ -217,7 +210,6 @@ def _fit_one(
     style: str,
 ) -> None:
     from flatpunch._support.progress import listening
-    from flatpunch.fit.batch import Batch
     from flatpunch.fit.fitting import fit
     from flatpunch.fit.measured.curve import CurveError
     from flatpunch.fit.measured.files.readers import read_curve
@@ -235,19 +227,14 @@ def _fit_one(
         raise
     say(result.summary())
     if profile:
-        _say_profiles(result, result.objective.model.free)
-
-    def table(path: Path) -> Path:
-        from flatpunch.files.results import save
-
-        return Batch((result.row(),)).save(path) if path.suffix.lower() == ".csv" else save(result.dataset(), path)
+        _say_profiles(result)
 
     draws = (posterior, lambda path: _posterior(result, case, path, style))
     say_written(
         write_all(
             quiet,
             draws,
-            (output, table),
+            (output, result.save),
             (plot, drawn("fit.pictures:fit_figure", result, style=style)),
             (drift, lambda path: _drift(curve, case, path, style)),
         )
@@ -300,7 +287,7 @@ def _fit_folder(
     if records is not None:
         records.remove()
     name = next(iter(case.free), None)
-    picture = drawn("fit.batch_pictures:map_figure", batch, name, style=style)
+    picture = drawn("fit.distributions:map_figure", batch, name, style=style)
     say_written(written + write_all(quiet, (plot if name else None, picture)))
     if len(batch.failed) == len(batch.rows):
         raise ValueError("no curve could be fitted.")
@@ -369,18 +356,17 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
 
 def _film_table(result: FilmResult, path: Path) -> Path:
     """Write the points of a film."""
-    import pandas as pd
-
-    from flatpunch._support.whole_file import whole_file
+    from flatpunch.files.results import write
+    from flatpunch.fit.report.table import csv_of
 
     points = result.points
     columns = {
-        "depth [m]": points.depth,
-        "contact depth [m]": points.contact_depth,
-        "contact radius [m]": points.radius,
-        "apparent modulus [Pa]": points.apparent,
-        "fitted modulus [Pa]": result.model,
+        "depth": points.depth,
+        "contact depth": points.contact_depth,
+        "contact radius": points.radius,
+        "apparent modulus": points.apparent,
+        "fitted modulus": result.model,
     }
-    with whole_file(path) as temporary:
-        pd.DataFrame(columns).to_csv(temporary, index=False, na_rep="nan", lineterminator="\r\n")
-    return path
+    units = {name: "Pa" if name.endswith("modulus") else "m" for name in columns}
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return write(path, csv_of([dict(zip(columns, row, strict=True)) for row in rows], units).encode())

@@ -1,5 +1,6 @@
 from .batch import Batch, fit_batch
 from .case import FitCase, read_fit_case
+from .distributions import plot_posterior
 from .elastic.model import ForwardModel
 from .films.film import FilmResult, fit_film, tenth_rule
 from .films.oliver_pharr import Tip, oliver_pharr
@@ -14,15 +15,13 @@ from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
-from .plan import PlanScan, plan_scan, planned
-from .posterior_picture import plot_posterior
+from .plan import plan_scan, planned
 from .reading import plot_measured
-from .report.estimate import Estimate
-from .report.joint import JointResult
 from .report.likelihood import Profile
-from .report.plan import Plan
+from .report.plan import Plan, PlanScan
 from .report.posterior import Posterior
 from .report.result import FitResult
+from .report.table import Estimate
 from .together import Measured, fit_together
 
 __all__ = [
@@ -36,7 +35,6 @@ __all__ = [
     "FitResult",
     "ForwardModel",
     "Free",
-    "JointResult",
     "LogNormal",
     "Measured",
     "Normal",

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,9 +14,6 @@ from flatpunch._support.checks import Array, shown
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import cores
-from flatpunch._support.whole_file import sealed
-from flatpunch._version import __version__
-from flatpunch.files.results import netcdf, write
 from flatpunch.fit.fitting import fit_model
 from flatpunch.fit.measured.curve import Curve, check_curves
 from flatpunch.fit.measured.files.readers import read_curve
@@ -27,9 +22,9 @@ from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.places import Place, listed, on_grid
 from flatpunch.fit.records import Records, keys_of
-from flatpunch.fit.report.estimate import Estimate
 from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Relaxation
 from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
@@ -38,7 +33,6 @@ _CHUNK = 16
 """Curves that are fitted side by side, and between two reports of progress."""
 _SHOWN = 20
 """Curves that a batch shows as a table."""
-_TEXTS = ("curve", "file", "reason", "notes", "read")
 
 
 @readable
@@ -75,7 +69,7 @@ class Batch:
 
     def _table_(self) -> Table:
         """A row for each of the first curves: name, fitted values, why it was left out."""
-        names = [name.removesuffix(" low") for name in self.columns if name.endswith(" low")]
+        names = self.fitted
         rows = [
             (
                 str(row["curve"]),
@@ -92,9 +86,12 @@ class Batch:
     @property
     def columns(self) -> list[str]:
         """All columns, in the order in which they first appear, notes last."""
-        names = dict.fromkeys(name for row in self.rows for name in row)
-        names.pop("notes", None)
-        return [*names, "notes"]
+        return columns_of(self.rows)
+
+    @property
+    def fitted(self) -> list[str]:
+        """Columns of fitted values: those with an interval."""
+        return [name.removesuffix(" low") for name in self.columns if name.endswith(" low")]
 
     @property
     def failed(self) -> tuple[Plain, ...]:
@@ -103,7 +100,7 @@ class Batch:
 
     def column(self, name: str) -> Any:
         """One column; nan where there is nothing."""
-        return np.array([row.get(name, float("nan")) for row in self.rows])
+        return column(self.rows, name)
 
     def trusted(self, name: str) -> Array:
         """Values of a fitted parameter; nan for the curves that are left out."""
@@ -136,45 +133,15 @@ class Batch:
 
     def to_csv(self) -> str:
         """The table as CSV text; units are in the titles."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow([_title(name) for name in self.columns])
-        for row in self.rows:
-            writer.writerow([row.get(name, "") for name in self.columns])
-        return out.getvalue()
+        return csv_of(self.rows)
 
     def dataset(self) -> xr.Dataset:
         """The table along `curve`."""
-        data: Plain = {}
-        for name in self.columns:
-            if name == "curve":
-                continue
-            values = [str(row.get(name, "")) for row in self.rows] if name in _TEXTS else self.column(name)
-            data[name] = ("curve", values, {"units": _unit(name)} if _unit(name) else {})
-        names = [str(row["curve"]) for row in self.rows]
-        return xr.Dataset(data, {"curve": names}, {"title": "Fitted curves", "flatpunch_version": __version__})
+        return dataset_of(self.rows, "Fitted curves")
 
     def save(self, path: str | Path) -> Path:
         """Write the table whole or not at all: .csv or .nc."""
-        path = Path(path)
-        if path.suffix.lower() not in (".csv", ".nc"):
-            raise ValueError(f"{path}: a table is kept as .csv or .nc.")
-        write(path, self.to_csv().encode("utf-8") if path.suffix.lower() == ".csv" else sealed(netcdf(self.dataset())))
-        return path
-
-
-def _unit(name: str) -> str:
-    bare = name.split(" ")[0]
-    if bare in ("deepest", "noise", "position"):
-        return "N" if bare == "noise" else "m"
-    try:
-        return unit_of(bare)
-    except KeyError:
-        return ""
-
-
-def _title(name: str) -> str:
-    return f"{name} [{_unit(name)}]" if _unit(name) else name
+        return saved(path, self.to_csv, self.dataset)
 
 
 def fit_batch(

@@ -41,9 +41,9 @@ from flatpunch.fit.models import check_free
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, Settings
-from flatpunch.fit.plan import PlanScan, plan_scan, planned
+from flatpunch.fit.plan import plan_scan, planned
 from flatpunch.fit.report.log_posterior import CALIBRATION
-from flatpunch.fit.report.plan import Plan
+from flatpunch.fit.report.plan import Plan, PlanScan
 from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured

@@ -56,7 +56,7 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     yield f"Expected  forces of the model {forces}; the result has intervals of its values"
     yield f"Takes     {takes(_MEMORY, _seconds(case))}"
     if case.plan:
-        for i, line in enumerate(plan_of(case).lines()):
+        for i, line in enumerate(plan_of(case).summary().splitlines()):
             yield f"{'Planned' if i == 0 else '':<9} {line}"
 
 

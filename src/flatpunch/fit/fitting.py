@@ -2,32 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Unpack
 
-import numpy as np
-
-from flatpunch._support.checks import Array, BadValue, Indices
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
 from flatpunch.fit.elastic.setup import elastic_setup
-from flatpunch.fit.least_squares.minimum import SOON, Minimum, covariance, minimise
-from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.robust import influence, noise_variance, robust_scale
+from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.models import Model, bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.scaling import MODULI, external
-from flatpunch.fit.parameters.settings import Free, FreeNames, Loss, Settings, SettingsOf, as_free
-from flatpunch.fit.parameters.unknowns import NUISANCE, Unknowns
-from flatpunch.fit.report.estimate import estimated
-from flatpunch.fit.report.findings import about_contact, judged, tilt_note
-from flatpunch.fit.report.intervals import by_profile
-from flatpunch.fit.report.physics_notes import limits_of_theory
+from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fit.report.errors import about_curve, reported
+from flatpunch.fit.report.findings import judged, limits_of_theory
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
@@ -175,148 +167,12 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
 
 def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup, found: Minimum) -> FitResult:
     """Result of a fit from its minimum: values, intervals and notes."""
-    settings = setup.settings
-    objective, count = setup.objective, len(setup.objective.names)
-    if isinstance(model, AdhesiveModel) or not settings.quick:
+    if model.adhesive or not setup.settings.quick:
         follows(setup, found, curve.name)
-    variance, factor = noise_variance(found, count, settings.loss)
-    factor *= found.residual.size / max(independent(found.residual), 1.0)
-    inside = ~found.at_bound
-    spread, undetermined = covariance(found.normal, inside, variance * factor)
-    shared = _rounding(setup, found) + other_background(setup, found)
-    if curve.meta.get("calibration"):
-        shared = shared + _calibration(curve, model, free, settings, found)
-    tilts = [(objective, found.x, np.arange(found.x.size), 1.0)] if setup.doubtful and inside.all() else []
-    unseen = undetected_tilts(found.normal, tilts, settings.loss)
-    shared = shared + unseen
-    spread = spread + shared
-    result = FitResult(
-        curve=setup.part,
-        used=setup.used,
-        objective=objective,
-        minimum=found,
-        estimates=estimated(objective, found, spread, setup.lower, setup.upper, settings.level),
-        covariance=spread,
-        undetermined=undetermined,
-        noise=float(np.sqrt(variance)) * objective.frame[2],
-        settings=settings,
-        bounds=(setup.lower, setup.upper),
-        notes=setup.notes,
-        unseen=unseen,
-    )
-    result = replace(result, estimates=by_profile(result, setup.coarse, shared))
-    tilt = about_tilt(setup, found.x, result) if setup.tilted else ()
-    notes = (*setup.notes, *tilt, *about_contact(result), *judged(result), *limits_of_theory(result))
-    return replace(result, notes=notes)
-
-
-def about_tilt(setup: Setup, x: Array, result: FitResult, shared: Sequence[str] = ()) -> tuple[str, ...]:
-    """Moduli over the other baseline, a constant or a straight line, where they are outside their intervals.
-
-    Shared parameters that are no moduli stay as they are: one curve of many determines no more.
-    """
-    objective, straight = setup.objective, setup.settings.baseline == "linear"
-    lower, upper = setup.lower, setup.upper
-    if not straight:
-        objective = with_tilt(objective)
-        place = objective.names.index("tilt")
-        x, lower, upper = (np.insert(v, place, e) for v, e in ((x, 0.0), (lower, -np.inf), (upper, np.inf)))
-    flat = np.array([straight and name == "tilt" for name in objective.names])
-    held = flat | np.array([name in shared and not name.endswith(MODULI) for name in objective.names])
-    other = minimise(objective.evaluate, np.where(flat, 0.0, x), lower, upper, fixed=held, settled=SOON).x
-    moved = {n: external(n, float(t)) for n, t in zip(objective.model.free, other, strict=False) if n.endswith(MODULI)}
-    return tilt_note("constant" if straight else "linear", {n: (v, result.estimates[n]) for n, v in moved.items()})
-
-
-def with_tilt(objective: Unknowns) -> Unknowns:
-    """The problem with a tilt of the baseline beside its other unknowns."""
-    names = tuple(n for n in NUISANCE if n in objective.names or n == "tilt")
-    return replace(objective, nuisance=names, _before={})
-
-
-def _rounding(setup: Setup, found: Minimum) -> Array:
-    """Covariance from the rounding of a digitised force without contact, which is one error of many readings.
-
-    A force x that is rounded to steps q, with noise s before the rounding, is off in the mean by
-    sum_j (-1)^j q/(pi j) exp(-2 pi^2 j^2 s^2/q^2) sin(2 pi j x/q); its variance is taken over all x. Where the force rises the
-    errors of neighbours change sign and average out.
-    """
-    objective, none = setup.objective, np.zeros((found.x.size, found.x.size))
-    step = converter_step(setup.part.force)
-    if not step or not isinstance(objective, Objective):
-        return none
-    free = np.ones(objective.depth.size, dtype=bool)
-    if objective.loaded is None:
-        free = objective.depth <= objective.split(found.x)[1]["contact"]
-    else:
-        free[objective.loaded] = False
-    if not free.any():
-        return none
-    # readings that alternate between two levels have up to q^2/4 without showing s
-    s = max(float(np.var(objective.force[free])) - step**2 / 4, 0.0)
-    j = np.arange(1, 6)
-    variance = float(np.sum((step / (np.pi * j)) ** 2 / 2 * np.exp(-((2 * np.pi * j / step) ** 2) * s)))
-    pushed = objective.evaluate(found.x)[1][:, free].sum(axis=1)
-    shift = covariance(found.normal, ~found.at_bound, 1.0)[0] @ pushed / objective.frame.span
-    return np.asarray(variance * np.outer(shift, shift)) if np.isfinite(shift).all() else none
-
-
-def undetected_tilts(
-    normal: Array, curves: Iterable[tuple[Unknowns, Array, Indices, float]], loss: Loss = "linear"
-) -> Array:
-    """Covariance that tilts of the baselines add: for each a step to the minimum with a tilt, which the data do not ask for.
-
-    `normal` is the normal matrix of the fit, shape (p, p). Each curve has its problem and minimum x, the places of its
-    parameters in the fit, and the noise that the fit divides by. By `loss` outliers move a tilt as little as the other
-    unknowns.
-    """
-    added, inverse = np.zeros_like(normal), covariance(normal, np.ones(len(normal), dtype=bool), 1.0)[0]
-    for objective, x, places, noise in curves:
-        tilted = with_tilt(objective)
-        place = tilted.names.index("tilt")
-        residual, jacobian = (each / noise for each in tilted.evaluate(np.insert(x, place, 0.0)))
-        if loss != "linear":
-            scale = robust_scale(residual)
-            psi, bend = influence(loss, residual / scale)
-            residual = scale * psi / np.mean(bend)
-        column, along = jacobian[place], np.zeros(len(normal))
-        along[places] = np.delete(jacobian, place, axis=0) @ column
-        # infinite where the curve says nothing about a parameter, or the tilt is one of its shapes
-        with np.errstate(invalid="ignore", divide="ignore"):
-            shift = inverse @ along * (column @ residual) / (column @ column - along @ inverse @ along)
-        if np.isfinite(shift).all():
-            added += np.outer(shift, shift)
-    return added
-
-
-def other_background(setup: Setup, found: Minimum) -> Array:
-    """Covariance that another background adds which the data allow as well: a step to its minimum."""
-    if setup.other is None:
-        return np.zeros_like(found.normal)
-    residual, jacobian = setup.other.evaluate(found.x)
-    inverse = covariance(jacobian @ jacobian.T, ~found.at_bound, 1.0)[0]
-    shift = inverse @ (jacobian @ residual)
-    return np.outer(shift, shift) if np.isfinite(shift).all() else np.zeros_like(found.normal)
-
-
-def _calibration(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings, found: Minimum) -> Array:
-    """Covariance that an uncertain calibration adds: the fit is repeated with each constant one standard deviation larger.
-
-    A larger spring constant makes forces larger and leaves the tip where it was; a larger sensitivity makes deflections larger.
-    """
-    added = np.zeros((found.x.size, found.x.size))
-    for name, relative in curve.meta["calibration"].items():
-        force, k = curve.force * (1 + relative), curve.spring_constant
-        other = replace(curve, force=force, meta={**curve.meta, "calibration": {}})
-        if k is not None:
-            k = k * (1 + relative) if name == "spring_constant" else k
-            other = replace(other, depth=curve.position - force / k, spring_constant=k)
-        moved = fit_model(other, model, free, replace(settings, quick=True))
-        count = len(model.free)
-        shift = np.zeros(found.x.size)
-        shift[:count] = moved.minimum.x[:count] - found.x[:count]
-        added += np.outer(shift, shift)
-    return added
+    start = found.x.copy()
+    start[: len(model.free)] = model.start()
+    result = reported(Problem.of([setup], [start], 0), found, setup.settings)
+    return replace(result, notes=(*about_curve(result), *judged(result), *limits_of_theory(result)))
 
 
 def setup_of(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:

@@ -1,24 +1,20 @@
-"""Pictures of fits: the curve with its fit, the ridge between two parameters, several curves of one sample, hard films."""
+"""Pictures of fits: curves with their fit, the modulus over depth, hard films."""
 
 from __future__ import annotations
 
 import textwrap
 from collections.abc import Sequence
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from scipy.special import erfc
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.kinds import instance
-from flatpunch.fit.batch_pictures import bars, first_parameter
+from flatpunch.fit.distributions import bars
 from flatpunch.fit.half_space.formulas import layer_on_top
-from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
 from flatpunch.fit.report.quantities import label as label_of
-from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.plots.style import (
     BLUE,
     GREY,
@@ -28,7 +24,6 @@ from flatpunch.plots.style import (
     StyleName,
     axes_or_new,
     legend_below,
-    logarithmic,
     next_colour,
     printed,
     scale_of,
@@ -43,7 +38,6 @@ if TYPE_CHECKING:
 
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.films.film import FilmResult
-    from flatpunch.fit.report.joint import JointResult
     from flatpunch.fit.report.result import FitResult
 
 _LETTERS = 46
@@ -108,56 +102,28 @@ def plot_fit(
     elif isinstance(result, FilmResult):
         _film(result, drawn)
     else:
-        bars(result, name or first_parameter(result), drawn)
+        bars(result, name or result.fitted[0], drawn)
     return drawn
 
 
-def fit_figure(result: FitResult, *, ridge: bool | None = None, style: StyleName | str = "screen") -> Figure:
-    """Curve with fit, residuals, and the ridge of the two most correlated free parameters, by default where they are a note."""
-    pair = most_tangled(result)
-    wanted = pair is not None and (ridge if ridge is not None else _complains(result))
+def fit_figure(result: FitResult, *, style: StyleName | str = "screen") -> Figure:
+    """Force with fit, over residuals; of several curves the force over the baseline and the residuals over the noise."""
+    several = len(result.results) > 1
     with styled(style) as chosen:
-        beside = wanted and chosen.width != chosen.panel[0]
-        figure = Figure(
-            figsize=sheet(chosen, 0.5 if beside else 3 / 2 if wanted else 3 / 4, 1 + beside), layout="constrained"
-        )
-        shape = (2, 2 if beside else 1) if beside or not wanted else (3, 1)
-        grid = figure.add_gridspec(*shape, height_ratios=[3, 1, 3][: shape[0]])
-        top = figure.add_subplot(grid[0, 0])
-        _measured_and_fitted(result, top)
-        bottom = figure.add_subplot(grid[1, 0], sharex=top)
-        _residuals(result, bottom)
+        figure = Figure(figsize=sheet(chosen, 1 if several and chosen.across == 1 else 3 / 4), layout="constrained")
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3, 1])
+        if several:
+            _several(result, top, bottom)
+        else:
+            _measured_and_fitted(result, top)
+            _residuals(result, bottom)
         top.set_xlabel("")
-        top.tick_params(labelbottom=False)
-        if wanted and pair is not None:
-            _ridge(result, *pair, figure.add_subplot(grid[:, 1] if beside else grid[2, 0]))
     return figure
-
-
-def most_tangled(result: FitResult) -> tuple[str, str] | None:
-    """The two free parameters with the largest correlation; None if there are fewer than two."""
-    free = result.objective.model.free
-    names = list(result.names)
-    pairs = list(combinations(free, 2))
-    if not pairs:
-        return None
-
-    def strength(pair: tuple[str, str]) -> float:
-        found = abs(result.correlation[names.index(pair[0]), names.index(pair[1])])
-        # undetermined pairs have no correlation; they are as tangled as can be
-        return float(found) if np.isfinite(found) else 2.0
-
-    return max(pairs, key=strength)
-
-
-def _complains(result: FitResult) -> bool:
-    return any("apart" in note or "combination" in note for note in result.notes)
 
 
 def _along(result: FitResult, axis: Axis) -> tuple[Array, str]:
     """Depth, or time where that is what was fitted, in the unit of an axis, and its label."""
-    over_time = isinstance(result.objective.model, HistoryModel)
-    if over_time and result.curve.time is not None:
+    if result.objective.model.over_time and result.curve.time is not None:
         factor, unit = scale_on(axis, result.curve.time, "s")
         return result.curve.time * factor, f"time $t$ ({unit})"
     factor, unit = scale_on(axis, result.depth, "m")
@@ -182,14 +148,14 @@ def _measured_and_fitted(result: FitResult, axes: Axes, label: str | None = None
     axes.set_xlabel(along)
     axes.set_ylabel(f"normal force $F$ ({unit})")
     axes.legend(loc="best", markerscale=2)
-    axes.set_title(_title(result.curve.name, result, result.objective.model.free) if first else "")
+    axes.set_title(_title(result.curve.name, result, result.problem.free) if first else "")
 
 
 def _ways(result: FitResult, x: Array) -> list[Indices]:
     """Points of each line of the fit, ascending: drag makes the force on the way back another one."""
     order = np.argsort(x, kind="stable")
     speed = result.curve.meta.get("speed") if result.settings.drag != 0 else None
-    if speed is None or isinstance(result.objective.model, HistoryModel):
+    if speed is None or result.objective.model.over_time:
         return [order]
     return [way for way in (order[speed[order] >= 0], order[speed[order] < 0]) if way.size]
 
@@ -210,75 +176,41 @@ def _residuals(result: FitResult, axes: Axes, label: str | None = None) -> None:
     axes.set_ylabel(f"residual ({unit})")
 
 
-def together_figure(result: JointResult, *, style: StyleName | str = "screen") -> Figure:
-    """Curves of a joint fit, force over depth, and below their residuals over their noise."""
+def _several(result: FitResult, top: Axes, bottom: Axes) -> None:
+    """Curves of a joint fit over their baselines, and their residuals over their noise."""
     import matplotlib
 
-    with styled(style) as chosen:
-        figure = Figure(figsize=sheet(chosen, 1 if chosen.across == 1 else 3 / 4), layout="constrained")
-        grid = figure.add_gridspec(2, 1, height_ratios=[3, 1])
-        top = figure.add_subplot(grid[0])
-        bottom = figure.add_subplot(grid[1], sharex=top)
-        x_factor, x_unit = scale_of([float(r.depth.max()) for r in result.results], "m")
-        levels = [r.estimates["baseline"].value if "baseline" in r.estimates else 0.0 for r in result.results]
-        tops = [float(r.force.max()) - level for r, level in zip(result.results, levels, strict=True)]
-        y_factor, y_unit = scale_of(tops, "N")
-        colours = matplotlib.colormaps["viridis"](np.arange(len(result.results)) / (1 + len(result.results)))
-        for one, level, colour in zip(result.results, levels, colours, strict=True):
-            order = np.argsort(one.depth, kind="stable")
-            x = one.depth * x_factor
-            measured = (one.curve.force - level) * y_factor
-            top.plot(x, measured, ".", ms=3, color=colour, label=one.curve.name, rasterized=True)
-            top.plot(x[order], ((one.force - level) * y_factor)[order], color="black", lw=THIN)
-            left = one.residual[one.used] / one.noise
-            if one.minimum.residual.size == left.size:
-                # as they were weighted: behind a cantilever the noise moves the tip as well, the more the stiffer the contact;
-                # histories are fitted as means, with no weights but their counts
-                left = -one.minimum.residual * one.objective.frame[2] / one.noise
-            bottom.plot(x[one.used], left, ".", ms=2, alpha=0.5, color=colour, rasterized=True)
-        top.legend(title="measured; fitted in black", markerscale=3)
-        top.set_ylabel(f"force over baseline ({y_unit})")
-        top.tick_params(labelbottom=False)
-        top.set_title(_title(f"{len(result.results)} curves", result, result.shared))
-        bottom.axhline(0, color=GREY, lw=THIN)
-        bottom.set_xlabel(f"indentation depth $d$ ({x_unit})")
-        bottom.set_ylabel("residual / noise")
-    return figure
+    results = result.results
+    levels = [r.estimates["baseline"].value if "baseline" in r.estimates else 0.0 for r in results]
+    x_factor, x_unit = scale_of([float(r.depth.max()) for r in results], "m")
+    y_factor, y_unit = scale_of([float(r.force.max()) - level for r, level in zip(results, levels, strict=True)], "N")
+    colours = matplotlib.colormaps["viridis"](np.arange(len(results)) / (1 + len(results)))
+    for one, level, colour in zip(results, levels, colours, strict=True):
+        order, x = np.argsort(one.depth, kind="stable"), one.depth * x_factor
+        measured, fitted = ((force - level) * y_factor for force in (one.curve.force, one.force))
+        top.plot(x, measured, ".", ms=3, color=colour, label=one.curve.name, rasterized=True)
+        top.plot(x[order], fitted[order], color="black", lw=THIN)
+        left = one.residual[one.used] / one.noise
+        if one.minimum.residual.size == left.size:
+            # as they were weighted: behind a cantilever the noise moves the tip as well, the more the stiffer the contact;
+            # histories are fitted as means, with no weights but their counts
+            left = -one.minimum.residual * one.objective.frame.span / one.noise
+        bottom.plot(x[one.used], left, ".", ms=2, alpha=0.5, color=colour, rasterized=True)
+    top.legend(title="measured; fitted in black", markerscale=3)
+    top.set_ylabel(f"force over baseline ({y_unit})")
+    top.set_title(_title(f"{len(results)} curves", result, result.shared))
+    bottom.axhline(0, color=GREY, lw=THIN)
+    bottom.set_xlabel(f"indentation depth $d$ ({x_unit})")
+    bottom.set_ylabel("residual / noise")
 
 
-def _title(name: str, result: FitResult | JointResult, parameters: Sequence[str]) -> str:
+def _title(name: str, result: FitResult, parameters: Sequence[str]) -> str:
     """Name of a curve and fitted values, in lines that fit above one panel."""
     name = name if len(name) <= _LETTERS - 1 else name[: _LETTERS - 2] + "…"
     words = [f"{label_of(each)} = {quantity(result[each], unit_of(each))}" for each in parameters]
     # a value keeps to its line: spaces within it do not break
     values = ", ".join(printed(word).replace("-", "−").replace(" ", "\u00a0") for word in words)
     return textwrap.fill(f"{name}: {values}" if values else name, _LETTERS, break_on_hyphens=False)
-
-
-def _ridge(result: FitResult, first: str, second: str, axes: Axes) -> None:
-    found = result.ridge(first, second)
-    scales = [scale_of(found[name].values, unit_of(label)) for name, label in (("first", first), ("second", second))]
-    x, y = (found[name].values * scale[0] for name, scale in zip(("first", "second"), scales, strict=True))
-    # growth of the sum of squares, over the noise variance, that bounds 68, 95 and 99.7 % jointly for two parameters
-    levels = [0.0, *(-2 * np.log(erfc(np.array([1, 2, 3]) / np.sqrt(2))))]
-    axes.contourf(
-        np.broadcast_to(x[:, None], y.shape),
-        y,
-        found["growth"].values,
-        levels=levels,
-        colors=["#0b4f86", "#6f95b8", "#c4d5e4"],
-    )
-    axes.plot(x, found["line"].values * scales[1][0], color=ORANGE, label="best for each value")
-    axes.plot(
-        result[first] * scales[0][0], result[second] * scales[1][0], "o", ms=4, color="white", mec="black", mew=THIN
-    )
-    for values, name, which in ((x, first, "x"), (y, second, "y")):
-        if plain_limits(name) is None and values.max() > 4 * values.min():
-            logarithmic(axes, which)
-    axes.set_xlabel(axis_label(first, scales[0][1]))
-    axes.set_ylabel(axis_label(second, scales[1][1]))
-    axes.set_title("68, 95, 99.7 % regions")
-    axes.legend(loc="best")
 
 
 def drift_figure(

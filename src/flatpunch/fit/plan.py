@@ -7,8 +7,8 @@ contact alone (`flatpunch.sensitivity`), so that nothing is tabulated or fitted.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Unpack
 
 import numpy as np
@@ -16,7 +16,6 @@ from scipy.interpolate import make_interp_spline
 
 from flatpunch._support.checks import TINY, Array, positive, shown, whole
 from flatpunch._support.kinds import follows
-from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.indent import indent
@@ -28,82 +27,13 @@ from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import slope
 from flatpunch.fit.parameters.settings import FreeNames, Settings, SettingsOf, as_free
-from flatpunch.fit.report.plan import POORLY, TANGLED, Plan
-from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.findings import TANGLED, combinations
+from flatpunch.fit.report.plan import POORLY, Plan, PlanScan
+from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.sensitivity.gradient import gradients
 from flatpunch.sensitivity.parameters import parameters
-
-
-@readable
-@dataclass(frozen=True, eq=False)
-class PlanScan:
-    """Plans over tips and depths.
-
-    Attributes
-    ----------
-    tips : tuple of str
-        Names of the tips.
-    depths : tuple of float
-        Largest depths [m].
-    plans : dict
-        (tip, depth) -> Plan; the reason in words where there is none.
-
-    See Also
-    --------
-    flatpunch.fit.plan_scan : Makes it.
-
-    Examples
-    --------
-    >>> from flatpunch.fit import plan_scan
-    >>> gel = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
-    >>> scan = plan_scan(gel, {"5 um": fp.Sphere(5e-6)}, ["layers[0].young"], depths=[5e-7], noise=2e-11)
-    >>> scan.plans["5 um", 5e-7].judgement("layers[0].young")
-    'determined'
-    """
-
-    tips: tuple[str, ...]
-    depths: tuple[float, ...]
-    plans: dict[tuple[str, float], Plan | str]
-
-    def rows(self) -> list[tuple[str, ...]]:
-        """Tip, depth and the standard error of each free parameter in words, a line for each tip and depth."""
-        found: list[tuple[str, ...]] = []
-        for (tip, depth), plan in self.plans.items():
-            place = (tip, quantity(depth, "m"))
-            if isinstance(plan, str):
-                found.append((*place, plan))
-            else:
-                found.append((*place, *(plan.error_in_words(name) for name in self.names)))
-        return found
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The free parameters."""
-        plan = next((plan for plan in self.plans.values() if isinstance(plan, Plan)), None)
-        return () if plan is None else tuple(n for n, v in zip(plan.names, plan.values, strict=True) if v)
-
-    def lines(self) -> list[str]:
-        """The table as text."""
-        rows = [("tip", "depth", *map(label, self.names)), *self.rows()]
-        count = 2 + len(self.names)
-        widths = [max(len(row[i]) for row in rows if len(row) == count) for i in range(count)]
-        return ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)).rstrip() for row in rows]
-
-    def summary(self) -> str:
-        """The table as text."""
-        return "\n".join(self.lines())
-
-    def _line_(self) -> str:
-        """What was scanned."""
-        return f"PlanScan({len(self.tips)} tips, {len(self.depths)} depths)"
-
-    def _table_(self) -> Table:
-        """A row for each tip and depth."""
-        width = 2 + len(self.names)
-        rows = tuple((*row, *[""] * (width - len(row))) for row in self.rows())
-        return Table("Relative standard errors", ("tip", "depth", *map(label, self.names)), rows)
 
 
 def plan_scan(
@@ -311,48 +241,32 @@ def _judged(
     errors = np.sqrt(np.diag(spread)) * units
     plan = Plan(all_names, values, errors, spread, undetermined, text)
     alone = units / np.sqrt(np.maximum(np.diag(information), TINY))
-    notes = [*_idle(plan, alone[: len(names)]), *_degenerate(plan), *_tangled(plan, len(names))]
+    notes = list(_notes(plan, len(names), alone))
     if not sample.indenter.round and sample.work_of_adhesion is None:
         notes.append(
             "Relative derivatives are those of the round tip of the same mean profile: errors hold to some per cent."
         )
-    return Plan(all_names, values, errors, spread, undetermined, text, tuple(notes))
+    return replace(plan, notes=tuple(notes))
 
 
-def _idle(plan: Plan, alone: Array) -> list[str]:
-    """Parameters that the curve would not determine even if everything else were known."""
-    notes = []
-    for name, value, error in zip(plan.names, plan.values, alone, strict=False):
+def _notes(plan: Plan, count: int, alone: Array) -> Iterator[str]:
+    """Parameters without effect, whose standard errors `alone` are known; combinations that change nothing; tangled pairs."""
+    for name, value, error in zip(plan.names[:count], plan.values, alone, strict=False):
         if error > POORLY * (abs(value) if unit_of(name) else 1.0):
-            notes.append(
-                f"{name} has hardly any effect on the curve: with all else known it would still be undetermined. Leave it out."
-            )
-    return notes
-
-
-def _degenerate(plan: Plan) -> list[str]:
-    """Combinations that change nothing."""
-    notes = []
-    for row in plan.undetermined:
-        together = [plan.names[i] for i in np.flatnonzero(np.abs(row) > 1e-3)]
+            yield f"{name} has hardly any effect on the curve: with all else known it would still be undetermined. Leave it out."
+    for together in combinations(plan.names, plan.undetermined):
         if len(together) > 1:
-            notes.append(
+            yield (
                 f"Only a combination of {' and '.join(together)} can be determined, whatever the noise. Hold one of them, or "
                 "measure it otherwise."
             )
-    return notes
-
-
-def _tangled(plan: Plan, count: int) -> list[str]:
-    """Pairs that are hardly distinguished."""
-    table, notes = plan.correlation, []
+    table = plan.correlation
     for j in range(count):
         for k in range(j):
             pair = plan.names[k], plan.names[j]
-            bad = [name for name in pair if plan.judgement(name) != "determined"]
+            bad = any(plan.judgement(name) != "determined" for name in pair)
             if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > TANGLED:
-                notes.append(
+                yield (
                     f"{pair[0]} and {pair[1]} are hardly distinguished: correlation {table[j, k]:.4f}. Hold one of them, give "
                     "it a prior, or press deeper."
                 )
-    return notes

@@ -14,13 +14,13 @@ from typing import Unpack
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices, real
+from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, real
 from flatpunch._support.kinds import instance, mapping
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fit.fitting import about_tilt, setup_of, undetected_tilts
-from flatpunch.fit.least_squares.joint import JointObjective
-from flatpunch.fit.least_squares.minimum import Minimum, covariance, minimise
+from flatpunch.fit.fitting import setup_of
+from flatpunch.fit.least_squares.minimum import SETTLED, minimise
+from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fit.measured.signal import independent
@@ -28,10 +28,8 @@ from flatpunch.fit.models import bounds, check_free, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import MODULI, OF
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
-from flatpunch.fit.report.estimate import estimated
-from flatpunch.fit.report.findings import about_contact, judged
-from flatpunch.fit.report.intervals import by_profile
-from flatpunch.fit.report.joint import JointResult
+from flatpunch.fit.report.errors import about_curve, reported
+from flatpunch.fit.report.findings import judged, limits_of_theory
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.search import descended
 from flatpunch.indenters.profile import Indenter, check_indenter
@@ -89,7 +87,7 @@ def fit_together(
     range_of_action: float | None = None,
     relaxation: Relaxation | None = None,
     **settings: Unpack[SettingsOf],
-) -> JointResult:
+) -> FitResult:
     """Fit one sample to several curves at once.
 
     Parameters
@@ -107,7 +105,7 @@ def fit_together(
 
     Returns
     -------
-    JointResult
+    FitResult
         Shared and own values with intervals, one fit for each curve, and whether the curves agree with one sample.
 
     Raises
@@ -121,7 +119,7 @@ def fit_together(
     --------
     Measured : A curve with its own tip or values.
     fit : One curve.
-    fit.JointResult : What it returns.
+    fit.FitResult : What it returns.
 
     Examples
     --------
@@ -140,13 +138,13 @@ def fit_together(
     """
     check_curves(curves)
     measured = [m if isinstance(m, Measured) else Measured(m) for m in curves]
-    given: SettingsOf = {"quick": True, **settings}
-    chosen = Settings(**given)
+    chosen = Settings(**settings)
     shared, each = as_free(free), as_free(own)
     sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
     _check(measured, shared, each, chosen)
-    problems = [_problem(m, sample, {**shared, **each}, chosen) for m in measured]
-    return _joined(problems, list(shared), chosen)
+    # where each curve begins need not be its minimum
+    alone = [_alone(m, sample, {**shared, **each}, replace(chosen, quick=True)) for m in measured]
+    return _joined(Problem.of([setup for setup, _ in alone], [x for _, x in alone], len(shared)), chosen)
 
 
 def _check(
@@ -181,17 +179,8 @@ def _check(
         raise BadValue("loss", repr(settings.loss), "does not go with fit_together; it is 'linear'.")
 
 
-@dataclass(frozen=True, eq=False)
-class Problem:
-    """One curve of a joint fit: its least-squares problem, and where its own search ended."""
-
-    curve: Curve
-    setup: Setup
-    x: Array
-
-
-def _problem(measured: Measured, sample: Sample, free: Mapping[str, Free], settings: Settings) -> Problem:
-    """The problem of one curve, from its own best amplitude, contact point and background."""
+def _alone(measured: Measured, sample: Sample, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Array]:
+    """The problem of one curve, and its own best amplitude, contact point and background."""
     here = replace(sample, indenter=sample.indenter if measured.indenter is None else measured.indenter).replaced(
         dict(measured.values)
     )
@@ -204,7 +193,7 @@ def _problem(measured: Measured, sample: Sample, free: Mapping[str, Free], setti
     while setup.again is not None and (narrower := setup.again(x)) is not None:
         setup = narrower
         x = _amplitude(setup, x, settings)
-    return Problem(measured.curve, setup, x)
+    return setup, x
 
 
 def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
@@ -215,63 +204,61 @@ def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
     return descended(held, start, settings).x
 
 
-def _joined(problems: Sequence[Problem], shared: Sequence[str], settings: Settings) -> JointResult:
-    names, places = _named(problems, shared)
-    x, lower, upper = (np.zeros(len(names)) for _ in range(3))
-    for j in range(len(shared)):
-        x[j] = np.median([p.x[j] for p in problems])
-        lower[j], upper[j] = problems[0].setup.lower[j], problems[0].setup.upper[j]
-    for p, place in zip(problems, places, strict=True):
-        count = len(shared)
-        x[place[count:]], lower[place[count:]], upper[place[count:]] = (
-            v[count:] for v in (p.x, p.setup.lower, p.setup.upper)
-        )
-    free = tuple(n for n in names if n.partition(OF)[0] in problems[0].setup.objective.model.free)
-    starts = x[: len(free)].copy()
-    full = tuple(p.setup.objective for p in problems)
-    coarse = tuple(p.setup.coarse if p.setup.coarse is not None else p.setup.objective for p in problems)
-    noise = np.array([_noise(p, p.x) for p in problems])
-    # fits, each with the noise of the one before; the noise hardly changes after the first
+def _joined(problem: Problem, settings: Settings) -> FitResult:
+    """The fit of all curves, each over its noise."""
+    coarse, x, noise = problem.coarse, problem.start, _noises(problem, problem.start)
+    # each step of a search without tables solves the contacts, and valleys that hardly end would cost hundreds
+    settled, steps = (SETTLED, 200) if problem.tabulated else (1e-2, 20)
+    # fits, each with the noise of the one before, until it stays within a per cent
     for _ in range(3):
-        problem = JointObjective(coarse, names, places, noise, free, starts)
-        found = minimise(problem.evaluate, x, lower, upper)
-        x = found.x
-        noise = np.array([_noise(p, x[place]) for p, place in zip(problems, places, strict=True)])
-    if not found.converged:
+        found = minimise(replace(coarse, noise=noise).evaluate, x, *problem.bounds, settled=settled, steps=steps)
+        x, before, noise = found.x, noise, _noises(problem, found.x)
+        if np.abs(noise / before - 1).max() < 0.01:
+            break
+    notes: tuple[str, ...] = ()
+    if not found.converged and problem.tabulated:
         raise CurveError(
             f"no joint minimum found after {found.evaluations} evaluations: the curves determine no common "
-            f"{', '.join(shared)}. Give limits and better starts, or fix one."
+            f"{', '.join(n for n in problem.free if OF not in n)}. Give limits and better starts, or fix one."
         )
-    objective = JointObjective(full, names, places, noise, free, starts)
-    coarse_objective = JointObjective(coarse, names, places, noise, free, starts)
-    minimum = _whole(objective, found)
-    spread, undetermined = covariance(minimum.normal, ~minimum.at_bound, 1.0)
-    doubtful = [i for i, p in enumerate(problems) if p.setup.doubtful and not minimum.at_bound.any()]
-    unseen = undetected_tilts(
-        minimum.normal, [(full[i], found.x[places[i]], places[i], float(noise[i])) for i in doubtful], settings.loss
-    )
-    spread = spread + unseen
-    result = JointResult(
-        objective=objective,
-        minimum=minimum,
-        estimates={},
-        covariance=spread,
-        undetermined=undetermined,
-        settings=settings,
-        bounds=(lower, upper),
-        shared=tuple(shared),
-        unseen=unseen,
-    )
-    found_values = estimated(objective, minimum, spread, lower, upper, settings.level)
-    result = replace(result, estimates=found_values)
-    result = replace(result, estimates=by_profile(result, coarse_objective, unseen))
-    alone = [_alone(p, x[place]) for p, place in zip(problems, places, strict=True)]
-    parts = tuple(_one_of_many(result, i, p.setup) for i, p in enumerate(problems))
-    result = replace(result, results=parts, excess=tuple(alone))
-    return replace(result, notes=(*judged(result), *_disagreement(result)))
+    if not found.converged:
+        notes = (
+            f"The {len(problem.free)} parameters are poorly determined: the search ended after {found.evaluations} contacts "
+            "of each curve. Other values may describe the curves as well; fix a parameter, or press deeper.",
+        )
+    problem = replace(problem, noise=noise)
+    result = reported(problem, problem.at(found), settings)
+    parts = tuple(_one_of(result, i) for i in range(len(problem.setups)))
+    result = replace(result, parts=parts, excess=tuple(_excess(each) for each in parts))
+    return replace(result, notes=(*notes, *judged(result), *_disagreement(result)))
 
 
-def _disagreement(result: JointResult) -> tuple[str, ...]:
+def _noises(problem: Problem, x: Array) -> Array:
+    """Standard deviation of independent readings that would be as certain as those of each curve, over its force range."""
+    pairs = zip(problem.parts, problem.places, strict=True)
+    return np.array([_noise(part.evaluate(x[places])[0], places.size) for part, places in pairs])
+
+
+def _noise(residual: Array, count: int, fall: float = 0.0) -> float:
+    """The same of one curve, whose sum of squares is lower by `fall`."""
+    variance = (residual @ residual - fall) / max(residual.size - count, 1)
+    # data without noise have rounding
+    return max(float(np.sqrt(np.maximum(variance, 0.0) * residual.size / max(independent(residual), 1.0))), ROUNDING)
+
+
+def _excess(alone: FitResult) -> tuple[float, int]:
+    """Fall of the sum of squares of one curve, over its noise, when it need not agree with the others; its parameters.
+
+    The fall is that of the linear problem at the joint values.
+    """
+    residual, jacobian = alone.objective.evaluate(alone.minimum.x)
+    unit = np.sqrt(np.maximum(np.sum(jacobian**2, axis=1), TINY))
+    step = np.linalg.lstsq((jacobian / unit[:, None]).T, residual, rcond=ROUNDING)[0]
+    fall = float(residual @ (step @ (jacobian / unit[:, None])))
+    return fall / _noise(residual, len(unit), fall) ** 2, len(alone.problem.free)
+
+
+def _disagreement(result: FitResult) -> tuple[str, ...]:
     """A note about curves that are not of one sample."""
     # probability of curves of one sample to differ as much as these, below which it is worth a note
     if result.agreement >= 1e-3:
@@ -284,67 +271,18 @@ def _disagreement(result: JointResult) -> tuple[str, ...]:
     )
 
 
-def _named(problems: Sequence[Problem], shared: Sequence[str]) -> tuple[tuple[str, ...], tuple[Indices, ...]]:
-    """Names of the joint x, parameters of the sample before contact points and backgrounds; and the places of each curve's x."""
-    count = len(problems[0].setup.objective.model.free)
-    names = list(shared)
-    places: list[list[int]] = [list(range(len(shared))) for _ in problems]
-    for nuisance in (False, True):
-        for p, place in zip(problems, places, strict=True):
-            mine = p.setup.objective.names[count:] if nuisance else p.setup.objective.names[len(shared) : count]
-            place += range(len(names), len(names) + len(mine))
-            names += [f"{name}{OF}{p.curve.name}" for name in mine]
-    return tuple(names), tuple(np.array(place) for place in places)
-
-
-def _noise(problem: Problem, x: Array) -> float:
-    """Standard deviation of independent readings that would be as certain as those of one curve, over its force range."""
-    residual = problem.setup.objective.evaluate(x)[0]
-    variance = residual @ residual / max(residual.size - x.size, 1) * residual.size / max(independent(residual), 1.0)
-    # data without noise have rounding
-    return max(float(np.sqrt(variance)), ROUNDING)
-
-
-def _whole(objective: JointObjective, found: Minimum) -> Minimum:
-    """The minimum with the residuals of all readings; normal matrix block by block."""
-    size = found.x.size
-    normal, residuals = np.zeros((size, size)), []
-    for part, place, s in zip(objective.parts, objective.places, objective.noise, strict=True):
-        residual, jacobian = part.evaluate(found.x[place])
-        residuals.append(residual / s)
-        normal[np.ix_(place, place)] += jacobian @ jacobian.T / s**2
-    return replace(found, residual=np.concatenate(residuals), normal=normal)
-
-
-def _alone(problem: Problem, x: Array) -> tuple[float, int]:
-    """Fall of the sum of squares of one curve, over its noise alone, when it need not agree with the others; its parameters."""
-    setup = problem.setup
-    coarse = setup.coarse if setup.coarse is not None else setup.objective
-    start = coarse.evaluate(x)[0]
-    found = minimise(coarse.evaluate, x, setup.lower, setup.upper)
-    noise = _noise(problem, found.x)
-    return max(float(start @ start) - found.cost, 0.0) / noise**2, len(setup.objective.model.free)
-
-
-def _one_of_many(joint: JointResult, index: int, setup: Setup) -> FitResult:
-    """The fit of one curve at the joint values, with intervals of the joint fit."""
-    places, objective = joint.objective.places[index], joint.objective.parts[index]
+def _one_of(joint: FitResult, i: int) -> FitResult:
+    """The fit of one curve at the joint values, with intervals of the joint fit and its own notes."""
+    setup, places = joint.problem.setups[i], joint.problem.places[i]
     x = joint.minimum.x[places]
-    residual, jacobian = objective.evaluate(x)
-    scale = float(np.sqrt(residual @ residual / max(residual.size - x.size, 1)))
+    alone = Problem.of([setup], [joint.problem.start[places]], 0)
     names = [joint.names[j] for j in places]
     result = FitResult(
-        curve=setup.part,
-        used=setup.used,
-        objective=objective,
-        minimum=Minimum(x, residual, jacobian @ jacobian.T, True, joint.minimum.at_bound[places], 0),
+        problem=alone,
+        minimum=alone.at(replace(joint.minimum, x=x, at_bound=joint.minimum.at_bound[places])),
         estimates={name.partition(OF)[0]: joint.estimates[name] for name in names},
         covariance=joint.covariance[np.ix_(places, places)],
         undetermined=np.zeros((0, places.size)),
-        noise=scale * float(objective.frame[2]),
         settings=joint.settings,
-        bounds=(joint.bounds[0][places], joint.bounds[1][places]),
-        notes=setup.notes,
     )
-    tilt = about_tilt(setup, x, result, joint.shared) if setup.tilted else ()
-    return replace(result, notes=(*setup.notes, *tilt, *about_contact(result)))
+    return replace(result, notes=(*about_curve(result, joint.shared), *limits_of_theory(result)))

@@ -13,16 +13,16 @@ import xarray as xr
 from flatpunch._support.checks import shown
 from flatpunch._support.record import record
 from flatpunch._version import __version__
-from flatpunch.fit import Correction, FilmResult, FitResult, JointResult, Posterior
+from flatpunch.fit import Correction, FilmResult, FitResult, Posterior
 from flatpunch.literature.references import Citations, bibliography
 
 
-def cite(result: xr.Dataset | FitResult | JointResult | Posterior | FilmResult | Correction) -> Citations:
+def cite(result: xr.Dataset | FitResult | Posterior | FilmResult | Correction) -> Citations:
     """What to cite for a result: this package, its method, what its medium, adhesion, relaxation or fit rest on, and formulas.
 
     Parameters
     ----------
-    result : xarray.Dataset, FitResult, JointResult, Posterior, FilmResult or Correction
+    result : xarray.Dataset, FitResult, Posterior, FilmResult or Correction
         What a function of the package returned, or `load` read from a file.
 
     Returns
@@ -65,7 +65,7 @@ def cite(result: xr.Dataset | FitResult | JointResult | Posterior | FilmResult |
 
 def _facts(result: object) -> Iterator[Mapping[str, object]]:
     """What the result records of itself, for each of its parts."""
-    if isinstance(result, JointResult):
+    if isinstance(result, FitResult) and len(result.results) > 1:
         for each in result.results:
             yield from _facts(each)
     elif isinstance(result, (FitResult, Posterior, Correction)):

@@ -34,10 +34,8 @@ from flatpunch.fit.measured.files.readers import EXCEL, TEXT, curve_of, curves_i
 from flatpunch.fit.models import forget_models
 from flatpunch.fit.places import listed, on_grid
 from flatpunch.fit.reading import reading_of, traces
-from flatpunch.fit.report.estimate import interval_text
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.result import FitResult
-from flatpunch.fit.viscoelastic.model import HistoryModel
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -138,16 +136,8 @@ def _case(fields: Mapping[str, str]) -> FitCase:
 
 def _one(case: FitCase, curve: Curve) -> Plain:
     result = _fitted(case, curve)
-    rows = []
-    for name, estimate in result.estimates.items():
-        interval = (
-            "at its limit" if estimate.at_bound and estimate.by == "covariance" else interval_text(estimate, name)
-        )
-        rows.append(
-            [label(name), quantity(estimate.value, unit_of(name)), interval, quantity(estimate.stderr, unit_of(name))]
-        )
     return {
-        "rows": rows,
+        "rows": [[label(row.name), row.value, row.stated, row.stderr] for row in result.table().rows],
         "values": {name: estimate.value for name, estimate in result.estimates.items()},
         "level": f"{100 * result.settings.level:g} %",
         "notes": list(result.notes),
@@ -165,7 +155,7 @@ def _fitted(case: FitCase, curve: Curve) -> FitResult:
 
 def _picture(result: FitResult) -> Plain:
     """Points, fit and residuals over depth, or over time where that is what was fitted."""
-    over_time = isinstance(result.objective.model, HistoryModel)
+    over_time = result.objective.model.over_time
     along = result.curve.time if over_time and result.curve.time is not None else result.depth
     chosen = spread(along.size, DRAWN.points)
     order = chosen[np.argsort(along[chosen], kind="stable")]
@@ -246,14 +236,14 @@ def fit_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     curve, batch = pickle.loads(kept)
     case = _case(fields)
     result = None if batch is not None else _fitted(case, curve)
-    table = batch if result is None else Batch((result.row(),))
+    table = batch if result is None else result
 
     def figure() -> Figure:
-        from flatpunch.fit.batch_pictures import map_figure
+        from flatpunch.fit.distributions import map_figure
         from flatpunch.fit.pictures import fit_figure
 
         if result is None and not case.free:
             raise ValueError("there is no picture of fits in which nothing of the case is looked for.")
         return map_figure(batch, next(iter(case.free))) if result is None else fit_figure(result)
 
-    return file_bytes(kind, (batch if result is None else result).dataset, lambda: str(table.to_csv()), figure)
+    return file_bytes(kind, table.dataset, table.to_csv, figure)

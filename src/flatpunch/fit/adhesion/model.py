@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -59,6 +60,7 @@ class AdhesiveModel(SampleParameters):
     free: tuple[str, ...] = ()
     method: FitMethod = "auto"
     approximate: bool = False
+    adhesive: ClassVar[bool] = True
     _tables: BranchTables = field(init=False, repr=False, compare=False)
     _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
 

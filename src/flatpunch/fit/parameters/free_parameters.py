@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,9 +22,20 @@ class FreeParameters(ABC):
     ----------
     free : tuple of str
         Their names, in the order of theta.
+    adhesive : bool
+        Whether the tip holds on below the surface; the model then has `pull_off`.
+    over_time : bool
+        Whether the force is fitted over time, with the memory of the sample.
     """
 
     free: tuple[str, ...]
+    adhesive: ClassVar[bool] = False
+    over_time: ClassVar[bool] = False
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether forces come from tables, so that an evaluation costs no solution of the contact."""
+        return True
 
     @abstractmethod
     def value(self, name: str) -> float:
@@ -32,6 +44,10 @@ class FreeParameters(ABC):
     @abstractmethod
     def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
         """Medium and indenter with these values."""
+
+    def sample_at(self, values: Mapping[str, float]) -> Sample:
+        """The whole case with these values."""
+        return Sample(*self.case(values))
 
     def start(self) -> Array:
         """Internal values of the free parameters in the case."""
@@ -85,5 +101,9 @@ class SampleParameters(FreeParameters):
 
     def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
         """Medium and indenter with these values."""
-        sample = self.sample.replaced(values)
+        sample = self.sample_at(values)
         return sample.medium, sample.indenter
+
+    def sample_at(self, values: Mapping[str, float]) -> Sample:
+        """The whole case with these values."""
+        return self.sample.replaced(values)

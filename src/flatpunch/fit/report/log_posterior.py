@@ -12,17 +12,24 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import TINY, Array, Indices
 from flatpunch.fit.elastic import ensemble
 from flatpunch.fit.least_squares.blocks import blocked
-from flatpunch.fit.least_squares.joint import JointObjective
+from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.scaling import kind, plain_limits
 from flatpunch.fit.parameters.unknowns import Unknowns
+
+CALIBRATION = ("spring_constant", "sensitivity")
+"""Numbers of the calibration that may be drawn; the first is given in N/m, the second relative to the one used."""
+
+BROAD = 3.0
+"""Standard deviation of an internal parameter of which nothing is known: a factor 20 of a logarithmic one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,24 +53,18 @@ class Quadratic:
     @classmethod
     def of(cls, objective: Unknowns, origin: Array, root: Array, reach: float) -> Quadratic:
         """The polynomial through residuals at u_i = 0, +-reach and at both of two equal to reach."""
-        p = origin.size
+        axes = reach * np.eye(origin.size)
 
-        def at(*places: tuple[int, float]) -> Array:
-            u = np.zeros(p)
-            for i, value in places:
-                u[i] += value
+        def at(u: Array) -> Array:
             return np.asarray(objective.residuals(origin + root @ u))
 
-        middle = at()
-        ahead = [at((i, reach)) for i in range(p)]
-        behind = [at((i, -reach)) for i in range(p)]
+        middle, ahead, behind = at(0 * origin), [at(u) for u in axes], [at(-u) for u in axes]
         linear = [(a - b) / (2 * reach) for a, b in zip(ahead, behind, strict=True)]
         square = [
             (ahead[i] + behind[i] - 2 * middle) / (2 * reach**2)
             if i == j
-            else (at((i, reach), (j, reach)) - ahead[i] - ahead[j] + middle) / reach**2
-            for i in range(p)
-            for j in range(i, p)
+            else (at(axes[i] + axes[j]) - ahead[i] - ahead[j] + middle) / reach**2
+            for i, j in zip(*np.triu_indices(origin.size), strict=True)
         ]
         return cls(origin, root, np.array([middle, *linear, *square]))
 
@@ -71,16 +72,10 @@ class Quadratic:
         """Residuals at many vectors, shape (vectors, n)."""
         u = np.linalg.solve(self.root, (x - self.origin).T).T
         first, second = np.triu_indices(self.origin.size)
-        features = np.hstack([np.ones((len(x), 1)), u, u[:, first] * u[:, second]])
-        return np.asarray(features @ self.terms)
+        return np.asarray(np.hstack([np.ones((len(x), 1)), u, u[:, first] * u[:, second]]) @ self.terms)
 
 
-CALIBRATION = ("spring_constant", "sensitivity")
-"""Numbers of the calibration that may be drawn; the first is given in N/m, the second relative to the one used."""
-
-
-@dataclass(frozen=True, eq=False)
-class Part:
+class Part(NamedTuple):
     """One curve.
 
     Attributes
@@ -89,7 +84,7 @@ class Part:
         Its residuals, on all readings or on block means.
     places : ndarray of int
         Where in x its parameters are.
-    count : float
+    worth : float
         Independent readings that would be as certain as its own.
     within : float
         Sum of squares within the blocks.
@@ -97,8 +92,67 @@ class Part:
 
     objective: Unknowns | Quadratic
     places: Indices
-    count: float
+    worth: float
     within: float = 0.0
+
+    @property
+    def fast(self) -> bool:
+        """Whether many vectors are evaluated at once."""
+        return isinstance(self.objective, Quadratic) or ensemble.applies(self.objective)
+
+    def on_blocks(self, x: Array) -> Part:
+        """The curve on block means, which are chosen at x; as it is where there are none."""
+        own = self.objective
+        if not ensemble.applies(own) or own.counts is not None:
+            return self
+        at = x[self.places]
+        rest = own.split(at)[1]
+        coarse = blocked(own, rest["contact"] + (rest["baseline"] / own.spring if own.spring else 0.0))
+        within = [float(np.sum(each.residuals(at) ** 2)) for each in (own, coarse)]
+        return self._replace(objective=coarse, within=max(within[0] - within[1], 0.0)) if coarse is not own else self
+
+    def quadratic(self, middle: Array, root: Array, reach: float) -> Part:
+        """The curve with residuals of second degree; as it is where many vectors are evaluated at once."""
+        if isinstance(self.objective, Quadratic) or self.fast:
+            return self
+        own, spread = self.places, (root @ root.T)[np.ix_(self.places, self.places)]
+        near = np.asarray(np.linalg.cholesky(spread), dtype=float)
+        return self._replace(objective=Quadratic.of(self.objective, middle[own], near, reach))
+
+
+class Scale(NamedTuple):
+    """How a parameter follows from its internal value x: offset + unit x, unit exp x, or arctan exp x."""
+
+    form: str
+    offset: float = 0.0
+    unit: float = 1.0
+
+    @classmethod
+    def of(cls, name: str, problem: Problem, assumed: Mapping[str, float]) -> Scale:
+        """That of a parameter of a problem, or of a calibration over its `assumed` value."""
+        if name in (scales := problem.scales()):
+            return cls("plain", *scales[name])
+        if name in assumed:
+            return cls("logarithm", unit=assumed[name])
+        return cls("plain" if plain_limits(name) else "slope" if kind(name) == "inclination" else "logarithm")
+
+    def external(self, x: Array) -> Array:
+        """Values [SI]."""
+        if self.form == "plain":
+            return self.offset + self.unit * x
+        return np.arctan(np.exp(x)) if self.form == "slope" else self.unit * np.exp(x)
+
+    def slope(self, x: Array) -> Array:
+        """Derivative of the values by x."""
+        if self.form == "plain":
+            return np.full_like(x, self.unit)
+        return 1 / (2 * np.cosh(x)) if self.form == "slope" else self.unit * np.exp(x)
+
+    def internal(self, value: float) -> float:
+        """Internal value, clipped to what has one."""
+        if self.form == "plain":
+            return (value - self.offset) / self.unit
+        return float(np.log(np.tan(value) if self.form == "slope" else max(value, TINY) / self.unit))
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,23 +162,23 @@ class LogPosterior:
     Attributes
     ----------
     parts : tuple of Part
-    names : tuple of str
+    scales : dict of str to Scale
+        By the name of each parameter, in order.
     lower, upper : ndarray, shape (parameters,)
         Where the density is not zero.
-    scales : mapping of str to (float, float)
-        Offset and unit of contact and background.
-    assumed : mapping of str to float
-        Values of the calibration that was used.
     priors : mapping of str to Prior
     """
 
     parts: tuple[Part, ...]
-    names: tuple[str, ...]
+    scales: dict[str, Scale]
     lower: Array
     upper: Array
-    scales: Mapping[str, tuple[float, float]]
-    assumed: Mapping[str, float]
     priors: Mapping[str, Prior]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters in the order of x."""
+        return tuple(self.scales)
 
     def __call__(self, x: Array) -> Array:
         """Values at many vectors, shape (vectors, parameters)."""
@@ -139,90 +193,62 @@ class LogPosterior:
         result = np.zeros(len(x))
         for part in self.parts:
             r = self.residuals(part, x)
-            result -= part.count / 2 * np.log(np.einsum("ij,ij->i", r, r) + part.within)
+            result -= part.worth / 2 * np.log(np.einsum("ij,ij->i", r, r) + part.within)
         return result
 
     def residuals(self, part: Part, x: Array) -> Array:
         """Residuals of a curve at many vectors, shape (vectors, n)."""
-        own = x[:, part.places]
-        if ensemble.applies(part.objective):
-            return ensemble.residuals(part.objective, own, *(self._calibration(name, x) for name in CALIBRATION))
-        if isinstance(part.objective, Quadratic):
-            return part.objective.residuals(own)
-        return np.array([part.objective.residuals(row) for row in own])
-
-    def _calibration(self, name: str, x: Array) -> Array:
-        return np.exp(x[:, self.names.index(name)]) if name in self.names else np.ones(len(x))
+        own, objective = x[:, part.places], part.objective
+        if ensemble.applies(objective):
+            names = self.names
+            factors = [np.exp(x[:, names.index(n)]) if n in names else np.ones(len(x)) for n in CALIBRATION]
+            return ensemble.residuals(objective, own, *factors)
+        if isinstance(objective, Quadratic):
+            return objective.residuals(own)
+        return np.array([objective.residuals(row) for row in own])
 
     def prior(self, x: Array) -> Array:
         """ln of the prior density over the internal parameters."""
         result = np.zeros(len(x))
         for name, prior in self.priors.items():
-            column = x[:, self.names.index(name)]
-            value, slope = self.external(name, column)
-            result += prior.logarithm(value) + np.log(np.abs(slope))
+            column, scale = x[:, self.names.index(name)], self.scales[name]
+            result += prior.logarithm(scale.external(column)) + np.log(np.abs(scale.slope(column)))
         return result
 
-    def external(self, name: str, x: Array) -> tuple[Array, Array]:
-        """Values of a parameter in SI, and their derivative by the internal ones."""
-        if name in self.scales:
-            offset, unit = self.scales[name]
-            return offset + unit * x, np.full_like(x, unit)
-        if name in self.assumed:
-            value = self.assumed[name] * np.exp(x)
-            return value, value
-        if plain_limits(name):
-            return x, np.ones_like(x)
-        if kind(name) == "inclination":
-            value = np.arctan(np.exp(x))
-            return value, np.sin(2 * value) / 2
-        value = np.exp(x)
-        return value, value
+    def parabola(self, x: Array) -> tuple[Array, Array]:
+        """Most probable parameters and a root of their covariance, from the slopes of the residuals at x and the priors."""
+        step = 1e-4 * np.eye(x.size)  # internal parameters are of order one
+        information, shift = np.eye(x.size) / BROAD**2, np.zeros(x.size)
+        for part in self.parts:
+            r = self.residuals(part, np.vstack([x, x + step, x - step]))
+            slopes = (r[1 : x.size + 1] - r[x.size + 1 :]) / (2 * step[0, 0])
+            variance = (float(r[0] @ r[0]) + part.within) / max(part.worth - x.size, 1)
+            information += slopes @ slopes.T / max(variance, TINY)
+        for name, prior in self.priors.items():
+            j, scale = self.names.index(name), self.scales[name]
+            place = float(np.clip(scale.internal(prior.centre), self.lower[j], self.upper[j]))
+            weight = float(scale.slope(np.array([place]))[0] / prior.spread) ** 2
+            information[j, j] += weight
+            shift[j] = weight * (place - x[j])
+        unit = 1 / np.sqrt(np.diag(information))
+        root = np.linalg.inv(np.linalg.cholesky(information * unit[:, None] * unit)).T * unit[:, None]
+        return x + root @ root.T @ shift, root
 
-    @property
-    def fast(self) -> bool:
-        """Whether many vectors can be evaluated at once."""
-        return all(isinstance(part.objective, Quadratic) or ensemble.applies(part.objective) for part in self.parts)
+    def quick(self, x: Array, middle: Array, root: Array, reach: float = 1.5) -> LogPosterior:
+        """The density on block means chosen at x, with residuals of second degree about the middle where models are slow.
 
-    def quadratic(self, origin: Array, root: Array, reach: float = 1.5) -> LogPosterior:
-        """Return the density with residuals of second degree about `origin` in place of slow models; itself beyond a limit."""
+        Itself where these polynomials would go beyond a limit.
+        """
+        parts = [part.on_blocks(x) for part in self.parts]
         far = reach * np.abs(root).sum(axis=1)
-        if (origin - far <= self.lower).any() or (origin + far >= self.upper).any():
+        if not all(part.fast for part in parts) and (
+            (middle - far <= self.lower).any() or (middle + far >= self.upper).any()
+        ):
             return self
-        parts = []
-        for part in self.parts:
-            if isinstance(part.objective, Quadratic) or ensemble.applies(part.objective):
-                parts.append(part)
-                continue
-            near = np.asarray(np.linalg.cholesky((root @ root.T)[np.ix_(part.places, part.places)]), dtype=float)
-            parts.append(replace(part, objective=Quadratic.of(part.objective, origin[part.places], near, reach)))
-        return replace(self, parts=tuple(parts))
-
-    def on_blocks(self, x: Array) -> LogPosterior:
-        """Return the density of block means, which are chosen at x."""
-        parts = []
-        for part in self.parts:
-            coarse = _on_blocks(part.objective, x[part.places])
-            if coarse is part.objective:
-                parts.append(part)
-                continue
-            within = [float(np.sum(o.residuals(x[part.places]) ** 2)) for o in (part.objective, coarse)]
-            parts.append(Part(coarse, part.places, part.count, max(within[0] - within[1], 0.0)))
-        return replace(self, parts=tuple(parts))
+        return replace(self, parts=tuple(part.quadratic(middle, root, reach) for part in parts))
 
 
-def parts_of(objective: Unknowns | JointObjective, x: Array) -> tuple[Part, ...]:
+def parts_of(problem: Problem, x: Array) -> tuple[Part, ...]:
     """The curves of a problem, whose residuals at x show how many of their readings are independent."""
-    if isinstance(objective, JointObjective):
-        pairs = list(zip(objective.parts, objective.places, strict=True))
-    else:
-        pairs = [(objective, np.arange(len(objective.names)))]
+    pairs = zip(problem.parts, problem.places, strict=True)
     return tuple(Part(part, places, max(independent(part.evaluate(x[places])[0]), 1.0)) for part, places in pairs)
-
-
-def _on_blocks(objective: Unknowns | Quadratic, x: Array) -> Unknowns | Quadratic:
-    """A problem on block means; itself where there is none, or it saves nothing."""
-    if not ensemble.applies(objective) or objective.counts is not None:
-        return objective
-    rest = objective.split(x)[1]
-    return blocked(objective, rest["contact"] + (rest["baseline"] / objective.spring if objective.spring else 0.0))

@@ -1,20 +1,16 @@
-"""What a planned curve determines: standard errors of its parameters, in words and as a table."""
+"""What planned curves determine: standard errors of their parameters, in words and as a table."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from flatpunch._support.checks import Array, shown
-from flatpunch._support.readable import Table, readable
+from flatpunch._support.readable import Table, readable, text_of
 from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.table import Estimate, Row, Rows, correlation_of
 
 WELL, POORLY = 0.1, 1.0
 """Largest relative standard error of a parameter that counts as determined, and smallest of one that does not."""
-
-TANGLED = 0.98
-"""Correlation above which two parameters count as hardly distinguished, if their intervals are wide as well."""
 
 
 @readable
@@ -66,9 +62,7 @@ class Plan:
     @property
     def correlation(self) -> Array:
         """Correlations, shape (parameters, parameters)."""
-        scale = np.sqrt(np.diag(self.covariance))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.asarray(self.covariance / scale[:, None] / scale)
+        return correlation_of(self.covariance)
 
     def judgement(self, name: str) -> str:
         """How well a parameter is determined: "determined", "poorly determined" or "not determined"."""
@@ -83,28 +77,22 @@ class Plan:
         """Standard error, relative to the value if that has a unit; "not determined" where it says nothing."""
         if self.judgement(name) == "not determined":
             return "not determined"
-        j = self.names.index(name)
-        return f"± {100 * self._relative(j):.2g} %" if unit_of(name) else f"± {self.errors[j]:.2g}"
+        error = self._relative(self.names.index(name))
+        return f"± {100 * error:.2g} %" if unit_of(name) else f"± {error:.2g}"
 
-    def lines(self) -> list[str]:
-        """The free parameters with their standard errors, one a line, then the notes."""
-        found = [self.text]
-        for j, name in enumerate(self.names):
-            unit = unit_of(name)
-            if not self.values[j]:
-                found.append(f"{label(name)}: ± {quantity(float(self.errors[j]), unit)}")
-                continue
-            error = self.error_in_words(name)
-            judged = self.judgement(name)
-            said = judged if error == judged else f"{error}: {judged}"
-            found.append(
-                f"{label(name)} {quantity(float(self.values[j]), unit)}{': ' if error == judged else ' '}{said}"
-            )
-        return [*found, *self.notes]
+    def table(self) -> Rows:
+        """The table: a row for each parameter; of contact and background the standard error alone."""
+        rows = []
+        for name, value, error in zip(self.names, self.values, self.errors, strict=True):
+            said = f"± {quantity(float(error), unit_of(name))}"
+            if value:
+                said = ": ".join(dict.fromkeys((self.error_in_words(name), self.judgement(name))))
+            rows.append(Row(name, Estimate(float(value), float(error), by="plan"), unit_of(name), said))
+        return Rows(self.text, tuple(rows), notes=self.notes)
 
     def summary(self) -> str:
         """The plan in words."""
-        return "\n  ".join(self.lines())
+        return self.table().text()
 
     def _line_(self) -> str:
         """The free parameters."""
@@ -115,13 +103,67 @@ class Plan:
 
     def _table_(self) -> Table:
         """A row for each parameter."""
-        rows = tuple(
-            (
-                label(name),
-                quantity(float(value), unit_of(name)) if value else "",
-                quantity(float(error), unit_of(name)),
-                self.judgement(name) if value else "",
-            )
-            for name, value, error in zip(self.names, self.values, self.errors, strict=True)
-        )
-        return Table(self.text, ("", "value", "standard error", ""), rows, self.notes)
+        return self.table().cells()
+
+
+@readable
+@dataclass(frozen=True, eq=False)
+class PlanScan:
+    """Plans over tips and depths.
+
+    Attributes
+    ----------
+    tips : tuple of str
+        Names of the tips.
+    depths : tuple of float
+        Largest depths [m].
+    plans : dict
+        (tip, depth) -> Plan; the reason in words where there is none.
+
+    See Also
+    --------
+    flatpunch.fit.plan_scan : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import plan_scan
+    >>> gel = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
+    >>> scan = plan_scan(gel, {"5 um": fp.Sphere(5e-6)}, ["layers[0].young"], depths=[5e-7], noise=2e-11)
+    >>> scan.plans["5 um", 5e-7].judgement("layers[0].young")
+    'determined'
+    """
+
+    tips: tuple[str, ...]
+    depths: tuple[float, ...]
+    plans: dict[tuple[str, float], Plan | str]
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Tip, depth and the standard error of each free parameter in words, a line for each tip and depth."""
+        found: list[tuple[str, ...]] = []
+        for (tip, depth), plan in self.plans.items():
+            place = (tip, quantity(depth, "m"))
+            if isinstance(plan, str):
+                found.append((*place, plan))
+            else:
+                found.append((*place, *(plan.error_in_words(name) for name in self.names)))
+        return found
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The free parameters."""
+        plan = next((plan for plan in self.plans.values() if isinstance(plan, Plan)), None)
+        return () if plan is None else tuple(n for n, v in zip(plan.names, plan.values, strict=True) if v)
+
+    def summary(self) -> str:
+        """The table as text."""
+        return text_of(self)
+
+    def _line_(self) -> str:
+        """What was scanned."""
+        return f"PlanScan({len(self.tips)} tips, {len(self.depths)} depths)"
+
+    def _table_(self) -> Table:
+        """A row for each tip and depth."""
+        width = 2 + len(self.names)
+        rows = tuple((*row, *[""] * (width - len(row))) for row in self.rows())
+        return Table("Relative standard errors", ("tip", "depth", *map(label, self.names)), rows)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +13,9 @@ import xarray as xr
 from flatpunch._support.checks import Array, shown
 from flatpunch._support.readable import Table, readable
 from flatpunch._version import __version__
-from flatpunch.files.results import save, write
 from flatpunch.fit.parameters.priors import Prior
-from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.table import Estimate, Row, Rows, csv_of, saved
 
 
 @readable
@@ -104,36 +102,28 @@ class Posterior:
         found = ", ".join(f"{name}={quantity(float(np.median(self[name])), unit_of(name))}" for name in self.names)
         return f"Posterior({self.curve!r}: {found}, {len(self.draws)} draws)"
 
+    def table(self) -> Rows:
+        """The table: a row for each parameter, with its effective draws and its prior."""
+        rows = []
+        for name, draws, effective in zip(self.names, self.draws.T, self.effective, strict=True):
+            note = f"{effective:.0f} effective draws"
+            if name in self.priors:
+                note += f", prior {_prior_text(self.priors[name], unit_of(name))}"
+            estimate = Estimate(float(np.median(draws)), float(np.std(draws)), *self.interval(name), by="draws")
+            rows.append(Row(name, estimate, unit_of(name), note))
+        title = (
+            f"{self.curve}: {len(self.draws)} draws, worth {self.effective.min():.0f} independent ones or more; autocorrelation "
+            f"{self.times.max():.0f} steps, {100 * self.acceptance:.0f} % accepted"
+        )
+        return Rows(title, tuple(rows), self.level, self.notes, value="median")
+
     def _table_(self) -> Table:
         """A row for each parameter."""
-        rows = []
-        for name, effective in zip(self.names, self.effective, strict=True):
-            unit = unit_of(name)
-            low, high = self.interval(name)
-            middle = quantity(float(np.median(self[name])), unit)
-            prior = _prior_text(self.priors[name], unit) if name in self.priors else ""
-            rows.append(
-                (label(name), middle, f"{quantity(low, unit)} .. {quantity(high, unit)}", f"{effective:.0f}", prior)
-            )
-        title = f"Posterior of {self.curve}: {len(self.draws)} draws"
-        header = ("", "median", f"{100 * self.level:g} % interval", "effective draws", "prior")
-        return Table(title, header, tuple(rows), self.notes)
+        return self.table().cells()
 
     def summary(self) -> str:
         """The result in words."""
-        lines = [
-            f"{self.curve}: {len(self.draws)} draws, worth {self.effective.min():.0f} independent ones or more; autocorrelation "
-            f"{self.times.max():.0f} steps, {100 * self.acceptance:.0f} % accepted"
-        ]
-        for name in self.names:
-            unit = unit_of(name)
-            low, high = self.interval(name)
-            line = (
-                f"  {label(name):<24} {quantity(float(np.median(self[name])), unit):>12}   {100 * self.level:g} % in "
-            )
-            line += f"{quantity(low, unit)} .. {quantity(high, unit)}"
-            lines.append(line + (f"   prior {_prior_text(self.priors[name], unit)}" if name in self.priors else ""))
-        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+        return self.table().text()
 
     def dataset(self) -> xr.Dataset:
         """All draws, for a file."""
@@ -159,15 +149,12 @@ class Posterior:
 
     def save(self, path: str | Path) -> Path:
         """Write the draws: .nc with everything, or .csv, a column for each parameter [SI]."""
-        target = Path(path)
-        if target.suffix.lower() != ".csv":
-            return save(self.dataset(), target)
-        text = io.StringIO()
-        table = csv.writer(text, lineterminator="\n")
-        table.writerow([f"{name} [{unit_of(name) or '1'}]" for name in self.names])
-        table.writerows(self.draws.tolist())
-        write(target, text.getvalue().encode())
-        return target
+        units = {name: unit_of(name) or "1" for name in self.names}
+        return saved(
+            path,
+            lambda: csv_of([dict(zip(self.names, row, strict=True)) for row in self.draws.tolist()], units),
+            self.dataset,
+        )
 
 
 def _prior_text(prior: Prior, unit: str) -> str:

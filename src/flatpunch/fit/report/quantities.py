@@ -1,4 +1,4 @@
-"""Fitted parameters as quantities with units for people."""
+"""Fitted parameters as quantities for people: their units, labels, and values in words."""
 
 from __future__ import annotations
 
@@ -9,52 +9,37 @@ import numpy as np
 from flatpunch.files.units import readable
 from flatpunch.fit.parameters.scaling import OF, kind
 
-_UNITS = {
-    "young": "Pa",
-    "surface_modulus": "Pa",
-    "thickness": "m",
-    "radius": "m",
-    "inclination": "rad",
-    "poisson": "",
-    "contact": "m",
-    "baseline": "N",
-    "tilt": "N/m",
-    "sine": "N",
-    "cosine": "N",
-    "wavelength": "m",
-    "drag": "N s/m",
-    "work_of_adhesion": "J/m^2",
-    "time": "s",
-    "times": "s",
-    "equilibrium": "",
-    "exponent": "",
-    "weights": "",
-    "spring_constant": "N/m",
-    "sensitivity": "",
-    "normal": "Pa/m",
-    "shear": "Pa/m",
+_KINDS = {
+    "young": ("Pa", "E"),
+    "surface_modulus": ("Pa", "contact modulus"),
+    "poisson": ("", "Poisson ratio"),
+    "thickness": ("m", "thickness"),
+    "normal": ("Pa/m", "normal interface stiffness"),
+    "shear": ("Pa/m", "shear interface stiffness"),
+    "radius": ("m", "tip radius"),
+    "inclination": ("rad", "tip inclination"),
+    "work_of_adhesion": ("J/m^2", "work of adhesion"),
+    "pull-off force": ("N", "pull-off force"),
+    "equilibrium": ("", "equilibrium share"),
+    "time": ("s", "relaxation time"),
+    "times": ("s", "relaxation time"),
+    "exponent": ("", "exponent"),
+    "weights": ("", "share"),
+    "contact": ("m", "contact point"),
+    "baseline": ("N", "baseline"),
+    "tilt": ("N/m", "tilt"),
+    "sine": ("N", "sine"),
+    "cosine": ("N", "cosine"),
+    "wavelength": ("m", "wavelength"),
+    "drag": ("N s/m", "drag"),
+    "spring_constant": ("N/m", "spring constant"),
+    "sensitivity": ("", "relative sensitivity"),
+    "frame": ("m/N", "frame compliance"),
 }
+"""Unit and word of each kind of parameter."""
 
-
-_WORDS = {
-    "young": "E",
-    "surface_modulus": "contact modulus",
-    "poisson": "Poisson ratio",
-    "thickness": "thickness",
-    "radius": "tip radius",
-    "inclination": "tip inclination",
-    "work_of_adhesion": "work of adhesion",
-    "contact": "contact point",
-    "equilibrium": "equilibrium share",
-    "time": "relaxation time",
-    "exponent": "exponent",
-    "weights": "share",
-    "times": "relaxation time",
-    "normal": "normal interface stiffness",
-    "shear": "shear interface stiffness",
-    "spring_constant": "spring constant",
-    "sensitivity": "relative sensitivity",
-}
+_COLUMNS = {"deepest": "m", "position": "m", "noise": "N"}
+"""Units of columns of tables that are no parameters, by their first word."""
 
 
 def label(name: str) -> str:
@@ -62,23 +47,25 @@ def label(name: str) -> str:
     if OF in name:
         name, _, curve = name.partition(OF)
         return f"{label(name)} ({curve})"
-    word = _WORDS.get(kind(name))
-    if word is None:
-        return name
+    word = _KINDS.get(kind(name), ("", name))[1]
     owner, index = name.rpartition(".")[0], re.search(r"\[(\d+)\]", name)
     side = f"{name.split('.')[0]} " if name.startswith(("upper.", "lower.")) else ""
     if "layers" in owner:
         return f"{word} of {side}layer {int(index[1]) + 1 if index else ''}"
     if owner.endswith("base"):
         return f"{word} of {side}base"
-    if index:
-        return f"{word} {int(index[1]) + 1}"
-    return word
+    return f"{word} {int(index[1]) + 1}" if index else word
 
 
 def unit_of(name: str) -> str:
     """SI unit of a parameter."""
-    return _UNITS[kind(name)]
+    return _KINDS[kind(name)][0]
+
+
+def unit_in(column: str) -> str:
+    """SI unit of a column of a table, "" where it has none: of "layers[0].young low" that of the modulus."""
+    bare = re.sub(r" (stderr|low|high)$", "", column)
+    return _COLUMNS.get(bare.split(" ")[0]) or _KINDS.get(kind(bare), ("", ""))[0]
 
 
 def quantity(value: float, unit: str) -> str:

@@ -1,60 +1,52 @@
-"""What a fit returns: values with intervals, correlations, what the data do not determine, profiles and ridges."""
+"""What a fit of one or several curves returns: values with intervals, correlations, profiles, notes, and its table."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
-import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array, Flags
 from flatpunch._support.deprecation import deprecated
 from flatpunch._support.paths import Plain
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import Table, readable
-from flatpunch._support.record import record
-from flatpunch._version import __version__
-from flatpunch.fit.elastic.model import method_for
-from flatpunch.fit.measured.curve import Curve, read_lines
-from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.parameters.priors import Prior
-from flatpunch.fit.parameters.sample import Sample
-from flatpunch.fit.parameters.unknowns import Unknowns
-from flatpunch.fit.report.estimate import Estimate, half_width, interval_text, value_text
-from flatpunch.fit.report.likelihood import Fitted
-from flatpunch.fit.report.lmfit_problem import lmfit_problem
+from flatpunch.fit.report.export import dataset_of, lmfit_problem, model_error, pull_off_force
+from flatpunch.fit.report.fitted import Fitted
+from flatpunch.fit.report.likelihood import Profile, profile
 from flatpunch.fit.report.posterior import Posterior
-from flatpunch.fit.report.pull_off import pull_off_force
-from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.quantities import quantity, unit_of
 from flatpunch.fit.report.sampling import draw
-from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body
-
-if TYPE_CHECKING:
-    pass
+from flatpunch.fit.report.table import Estimate, Row, Rows, csv_of, rows_of, saved
 
 
 @readable
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FitResult(Fitted):
-    """A fitted curve.
+    """One or several curves fitted with one sample.
 
     Attributes
     ----------
-    curve : Curve
-        The approach that was fitted.
-    used : ndarray of bool
-        Which of its points.
+    problem : Problem
+        Curves, parameters and residuals.
+    minimum : Minimum
+        Where the search ended.
     estimates : dict
-        By name: the free parameters, "contact" [m], "baseline" [N], "tilt" [N/m].
+        By name: the free parameters, "contact" [m], "baseline" [N], "tilt" [N/m]. Of several curves the shared ones have these
+        names, those of one curve "name @ curve".
     covariance : ndarray
         Of the internal parameters (logarithms; contact and baseline in units of the curve's ranges), in the order of `names`.
-    noise : float
-        Standard deviation of the residuals [N].
+    undetermined : ndarray, shape (n, parameters)
+        Directions that change nothing.
+    parts : tuple of FitResult
+        The fit of each curve where there are several, see `results`.
+    excess : tuple of (float, int)
+        For each of several curves, the fall of its sum of squares over its noise if it were fitted alone, and its number of
+        parameters.
     notes : tuple of str
         What to know before using the numbers.
     unseen : ndarray, optional
@@ -62,7 +54,7 @@ class FitResult(Fitted):
 
     See Also
     --------
-    flatpunch.fit : Makes it.
+    flatpunch.fit, flatpunch.fit_together : Make it.
     flatpunch.plot_fit : The picture.
 
     Examples
@@ -74,80 +66,39 @@ class FitResult(Fitted):
     >>> result = fp.fit(curve, gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)})
     >>> print(f"{result['layers[0].young'] / 1e3:.2f} kPa, contact at {result['contact'] * 1e9:.1f} nm")
     5.00 kPa, contact at 50.0 nm
+    >>> again = fp.Curve(depth=curve.depth, force=curve.force + 2e-12, name="again")
+    >>> result = fp.fit_together([curve, again], gel, fp.Sphere(radius=5e-6), free=["layers[0].young"])
+    >>> print(f"{result['layers[0].young'] / 1e3:.2f} kPa from {len(result.results)} curves")
+    5.00 kPa from 2 curves
     """
 
-    curve: Curve
-    used: Flags
-    objective: Unknowns
-    noise: float
-
-    def _line_(self) -> str:
-        """The fitted values of the case."""
-        found = ", ".join(f"{name}={quantity(value, unit_of(name))}" for name, value in self.values.items())
-        return f"FitResult({self.curve.name!r}: {found or 'nothing fitted'}, {int(self.used.sum())} points)"
-
-    def _table_(self) -> Table:
-        """A row for each fitted value."""
-        points, noise = int(self.used.sum()), quantity(self.noise, "N")
-        return self._rows_of(f"Fit of {self.curve.name}: {points} points, noise {noise}")
-
-    @property
-    def read(self) -> tuple[str, ...]:
-        """Where the numbers come from: file, sheet, columns with units, calibration, segment."""
-        return read_lines(self.curve, int(self.used.size))
-
-    @property
-    def values(self) -> dict[str, float]:
-        """Best values of the free parameters of the case, SI."""
-        return {name: self.estimates[name].value for name in self.objective.model.free}
-
-    @property
-    def case(self) -> tuple[Body, Indenter]:
-        """Medium and indenter with the fitted values."""
-        medium, indenter = self.objective.model.case(self.values)
-        return medium, indenter
-
-    @property
+    @cached_property
     def pull_off(self) -> Estimate | None:
         """Pull-off force at the fitted values [N], the largest tension of the contact; None without adhesion."""
-        reach = half_width(self.settings.level, max(self.minimum.residual.size - len(self.names), 1))
-        return pull_off_force(self.objective.model, self.minimum.x, self.covariance, reach)
-
-    @cached_property
-    def depth(self) -> Array:
-        """Indentation depth at the points of the curve [m]."""
-        return np.asarray(self.objective.indentation(self.curve, self.minimum.x))
-
-    @cached_property
-    def force(self) -> Array:
-        """Fitted force at the points of the curve [N]."""
-        return np.asarray(self.objective.over(self.curve, self.minimum.x))
-
-    @cached_property
-    def residual(self) -> Array:
-        """Measured minus fitted force at the points of the curve [N]."""
-        return np.asarray(self.curve.force - self.force)
-
-    @property
-    def variance(self) -> float:
-        """Variance of independent readings, over the force range squared, that would be as certain as these are."""
-        size = self.minimum.residual.size
-        noise = self.minimum.cost / max(size - len(self.names), 1)
-        return noise * size / max(independent(self.minimum.residual), 1.0)
-
-    def correlations(self) -> xr.DataArray:
-        """Correlations of the estimates, shape (parameters, parameters)."""
-        names = list(self.names)
-        return xr.DataArray(self.correlation, {"parameter": names, "with": names}, ("parameter", "with"))
+        return pull_off_force(self)
 
     def model_error(self, points: int = 12) -> float:
         """Largest difference between the tabulated model and the exact one, over the largest force."""
-        deepest = float(self.depth.max())
-        if deepest <= 0:
-            return 0.0
-        depth = deepest * np.geomspace(1e-2, 1, points)
-        exact = self.objective.model.exact(depth, self.values)[0]
-        return float(np.abs(self.objective.model.force(depth, self.values) - exact).max() / exact.max())
+        return model_error(self, points)
+
+    def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
+        """Likelihood profile: a parameter held at each of many values, all others fitted anew.
+
+        Parameters
+        ----------
+        name : str
+            One of `names`.
+        level : float, optional
+            Confidence level; that of the fit if left out.
+        points : int
+            Number of values over the interval and a little beyond.
+
+        Returns
+        -------
+        Profile
+            Values, growth of the sum of squares, interval, and the best values of all other parameters.
+        """
+        return profile(self, name, level, points)
 
     def to_lmfit(self) -> Any:
         """Return this least-squares problem for lmfit, to which it needs to be installed.
@@ -155,8 +106,8 @@ class FitResult(Fitted):
         Returns
         -------
         lmfit.Minimizer
-            Residuals in units of the force range of the curve, without the loss of a robust fit. Its `params` are the values
-            found, in internal form: log_layers_0_young is the natural logarithm of layers[0].young in Pa.
+            Residuals over the force range of the curve, without the loss of a robust fit. Its `params` are the values found, in
+            internal form: log_layers_0_young is the natural logarithm of layers[0].young in Pa, Poisson ratios are as they are.
 
         Raises
         ------
@@ -175,7 +126,7 @@ class FitResult(Fitted):
         >>> print(f"{np.exp(found.params['log_base_young'].value) / result['base.young']:.4f}")
         1.0000
         """
-        return lmfit_problem(self.objective, self.minimum, *self.bounds)
+        return lmfit_problem(self)
 
     @property
     def lmfit(self) -> Any:
@@ -190,18 +141,22 @@ class FitResult(Fitted):
         seed: int = 0,
         progress: bool | Report | None = None,
     ) -> Posterior:
-        """Draw from the posterior: all that curve and prior knowledge say together.
+        """Draw from the posterior: all that curves and prior knowledge say together.
+
+        The noise is normal, its unknown standard deviation is integrated out with the prior 1/s; readings with correlated
+        neighbours count as fewer independent ones. The sampler is emcee's ensemble (Foreman-Mackey et al., PASP 125 (2013) 306),
+        with moves by differential evolution.
 
         Parameters
         ----------
         draws : int
             Number of draws returned, evenly from chains of 20 to 50 autocorrelation times, the more the more draws.
         priors : mapping of str to Normal, LogNormal or Uniform, optional
-            By parameter, SI: of fitted ones, the contact point "contact" and the background; of numbers of the case that were
-            held in the fit, which are then drawn as well ("layers[0].thickness" from ellipsometry, "indenter.radius"); of the
-            "spring_constant" [N/m], and of the "sensitivity" relative to the one used. A calibration with an uncertainty in the
-            curve has one. Without a prior, logarithms of moduli, lengths, times and slopes are uniform, Poisson ratios,
-            contact and background as they are, within the limits of the fit.
+            By parameter, SI: of fitted ones, the contact point "contact" and the background. Where one curve was fitted, also of
+            numbers of the case that were held in the fit, which are then drawn as well ("layers[0].thickness" from ellipsometry,
+            "indenter.radius"); of the "spring_constant" [N/m], and of the "sensitivity" relative to the one used. A calibration
+            with an uncertainty in the curve has one. Without a prior, logarithms of moduli, lengths, times and slopes are
+            uniform, Poisson ratios, contact and background as they are, within the limits of the fit.
         seed : int
             Of the random numbers; the same seed gives the same draws.
         progress : bool or callable, optional
@@ -216,12 +171,6 @@ class FitResult(Fitted):
         ------
         ValueError, TypeError
             On bad input.
-
-        Notes
-        -----
-        The noise is normal, its unknown standard deviation is integrated out with the prior 1/s; readings with correlated
-        neighbours count as fewer independent ones. The sampler is the
-        ensemble of Foreman-Mackey et al., PASP 125 (2013) 306, with moves by differential evolution.
 
         Examples
         --------
@@ -238,79 +187,69 @@ class FitResult(Fitted):
         >>> low < 5e3 < high
         True
         """
-        return draw(self, (self.curve,), draws, priors, seed, progress)
+        return draw(self, draws, priors, seed, progress)
 
-    def row(self) -> Plain:
-        """One line of a table: values, standard errors, intervals, noise, notes."""
-        line: Plain = {"curve": self.curve.name, "ok": True, "reason": ""}
-        for name, estimate in self.estimates.items():
-            line[name] = estimate.value
-            line[f"{name} stderr"] = estimate.stderr
-            line[f"{name} low"], line[f"{name} high"] = estimate.low, estimate.high
-        line["deepest"] = float(self.depth.max())
-        line["noise"] = self.noise
-        if (pull := self.pull_off) is not None:
-            line["pull-off force"], line["pull-off force stderr"] = pull.value, pull.stderr
-        line["points"] = int(self.used.sum())
-        if self.read:
-            line["read"] = "; ".join(self.read)
-        line["notes"] = " ".join(self.notes)
-        return line
+    def _about(self) -> str:
+        """Points, depth and noise of the curve."""
+        deepest, noise = quantity(float(self.depth.max()), "m"), quantity(self.noise, "N")
+        return f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"
 
-    def dataset(self) -> xr.Dataset:
-        """Curve, fitted force and estimates, for a file."""
-        data: Plain = {
-            "depth": ("point", self.depth, {"units": "m", "long_name": "indentation depth"}),
-            "force": ("point", self.curve.force, {"units": "N", "long_name": "measured force"}),
-            "fitted": ("point", self.force, {"units": "N", "long_name": "fitted force"}),
-            "used": ("point", self.used, {"long_name": "whether the point was fitted"}),
-        }
-        columns = ("value", "stderr", "low", "high", "start")
-        for column in columns:
-            data[column] = ("parameter", [getattr(e, column) for e in self.estimates.values()])
-        data["correlation"] = (("parameter", "with"), self.correlations().values)
-        names = list(self.estimates)
-        attributes = {
-            "title": f"Fit of {self.curve.name}",
-            "units": ", ".join(f"{name} [{unit_of(name)}]" for name in names),
-            "noise": self.noise,
-            "notes": "\n".join(self.notes),
-            "read": "\n".join(self.read),
-            **self._sample(),
-            "flatpunch_version": __version__,
-        }
-        coordinates = {"point": np.arange(self.curve.depth.size), "parameter": names, "with": names}
-        return xr.Dataset(data, coordinates, attributes)
-
-    def _sample(self) -> dict[str, str | float]:
-        """Sample and method as attributes of a file."""
-        model, values = self.objective.model, self.values
-        sample = model.sample.replaced(values) if hasattr(model, "sample") else Sample(*model.case(values))
-        method = method_for(sample.indenter, model.method)
-        found: dict[str, str | float] = {
-            "method": method if isinstance(method, str) else method.name,
-            "medium": json.dumps(record(sample.medium)),
-            "indenter": json.dumps(record(sample.indenter)),
-        }
-        if sample.work_of_adhesion is not None:
-            found["work_of_adhesion"] = sample.work_of_adhesion
-        if sample.relaxation is not None:
-            found["relaxation"] = json.dumps(record(sample.relaxation))
-        return found
+    def table(self) -> Rows:
+        """The table: a row for each fitted value, and for the pull-off force that they imply."""
+        if self.parts:
+            title = f"{len(self.results)} curves, one sample; they agree with probability {self.agreement:.2g}"
+            free = {name: self.estimates[name] for name in self.problem.free}
+            return Rows(title, rows_of(free), self.settings.level, self.notes)
+        rows = rows_of(self.estimates)
+        if self.pull_off is not None:
+            rows = (*rows, Row("pull-off force", self.pull_off, "N"))
+        return Rows(self._about(), rows, self.settings.level, self.notes, self.read)
 
     def summary(self) -> str:
         """The result in words."""
-        deepest, noise = quantity(float(self.depth.max()), "m"), quantity(self.noise, "N")
-        lines = [f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"]
-        lines += [f"  Read {line}" for line in self.read]
-        for name, e in self.estimates.items():
-            interval = f"{100 * self.settings.level:g} % {'' if name == 'contact' else 'in '}{interval_text(e, name)}"
-            stated = "at its limit" if e.at_bound and e.by == "covariance" else interval
-            lines.append(f"  {label(name):<24} {value_text(e, name):>12}   {stated}")
-        if (pull := self.pull_off) is not None:
-            within = f"{100 * self.settings.level:g} % in {quantity(pull.low, 'N')} .. {quantity(pull.high, 'N')}"
-            lines.append(f"  {'pull-off force':<24} {quantity(pull.value, 'N'):>12}   {within}")
-        return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
+        lines = [self.table().text()]
+        for result in self.parts:
+            about = Rows(result._about(), (), notes=result.notes, read=result.read).text()
+            lines += [f"  {line}" for line in about.splitlines()]
+        return "\n".join(lines)
+
+    def _line_(self) -> str:
+        """The fitted values of the case."""
+        found = ", ".join(f"{name}={quantity(self[name], unit_of(name))}" for name in self.shared) or "nothing fitted"
+        if self.parts:
+            return f"FitResult({len(self.results)} curves: {found})"
+        return f"FitResult({self.curve.name!r}: {found}, {int(self.used.sum())} points)"
+
+    def _table_(self) -> Table:
+        """A row for each fitted value."""
+        return self.table().cells()
+
+    def rows(self) -> list[Plain]:
+        """One line of a table for each curve: values, standard errors, intervals, noise, notes."""
+        if self.parts:
+            return [{k: v for k, v in each.row().items() if k not in ("ok", "reason")} for each in self.results]
+        line: Plain = {"curve": self.curve.name, "ok": True, "reason": "", **self.table().record()}
+        line |= {"deepest": float(self.depth.max()), "noise": self.noise, "points": int(self.used.sum())}
+        if self.read:
+            line["read"] = "; ".join(self.read)
+        return [line | {"notes": " ".join(self.notes)}]
+
+    def row(self) -> Plain:
+        """The line of the curve."""
+        self._only("row")
+        return self.rows()[0]
+
+    def to_csv(self) -> str:
+        """The lines of the curves as CSV text; units are in the titles."""
+        return csv_of(self.rows())
+
+    def dataset(self) -> xr.Dataset:
+        """Curves, fitted forces and estimates, for a file."""
+        return dataset_of(self)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the result whole or not at all: the lines of the curves as .csv, everything as .nc."""
+        return saved(path, self.to_csv, self.dataset)
 
 
 @deprecated(since="1.0", gone="2.0", instead="result.to_lmfit().leastsq()")

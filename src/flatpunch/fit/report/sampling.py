@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import TINY, Array, BadValue, shown, whole
+from flatpunch._support.checks import Array, BadValue, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.elastic import ensemble
-from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.measured.curve import Curve
-from flatpunch.fit.measured.signal import memory_of
+from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.scaling import internal, parameter_names, plain_limits
-from flatpunch.fit.report.likelihood import Fitted
-from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, parts_of
-from flatpunch.fit.report.memory import correlated
+from flatpunch.fit.report.findings import correlated
+from flatpunch.fit.report.fitted import Fitted
+from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, Scale, parts_of
 from flatpunch.fit.report.posterior import Posterior
 
 
@@ -56,12 +54,7 @@ _FAR = 14.0
 
 @one_blas_thread()
 def draw(
-    result: Fitted,
-    curves: Sequence[Curve],
-    draws: int,
-    priors: Mapping[str, Prior] | None,
-    seed: int,
-    progress: bool | Report | None,
+    result: Fitted, draws: int, priors: Mapping[str, Prior] | None, seed: int, progress: bool | Report | None
 ) -> Posterior:
     """Draw from the posterior of a fit; see `FitResult.posterior`."""
     count = whole("draws", draws, 1, "It is the number of draws that are returned.", most=10_000_000)
@@ -73,22 +66,18 @@ def draw(
             "has no posterior: it is no likelihood. Fit with loss='linear', which takes the noise as normal, and "
             "leave outliers out.",
         )
-    density, x = _density(result, curves, dict(priors or {}))
+    density, x = _density(result, dict(priors or {}))
     rng = np.random.default_rng(seed)
-    middle, root = _parabola(density, x)
-    quick = density.on_blocks(x) if density.fast else density.quadratic(middle, root)
+    middle, root = density.parabola(x)
     with reporting("Posterior", progress) as report:
-        found = _sampled(quick, _starts(quick, middle, root, rng), count, rng, report)
-        if not _alike(density, quick, found.positions):
-            found = _sampled(density, _starts(density, middle, root, rng), count, rng, report)
+        for sampled in (density.quick(x, middle, root), density):
+            found = _sampled(sampled, _starts(sampled, middle, root, rng), count, rng, report)
+            if _alike(density, sampled, found.positions):
+                break
     positions = _moved(found.positions, result, density, rng)
-    values = np.column_stack(
-        [density.external(name, column)[0] for name, column in zip(density.names, positions.T, strict=True)]
-    )
-    name = ", ".join(curve.name for curve in curves)
-    notes = (*found.notes, *_notes(result, density, found.positions, values))
+    values = np.column_stack([s.external(c) for s, c in zip(density.scales.values(), positions.T, strict=True)])
     return Posterior(
-        name,
+        ", ".join(each.curve.name for each in result.results),
         density.names,
         values,
         found.logarithms,
@@ -97,7 +86,7 @@ def draw(
         np.minimum(found.kept / found.times, len(values)),
         found.acceptance,
         result.settings.level,
-        notes,
+        (*found.notes, *_notes(result, density, found.positions, values)),
     )
 
 
@@ -109,6 +98,82 @@ def _moved(positions: Array, result: Fitted, density: LogPosterior, rng: np.rand
     moved[:, places] += rng.multivariate_normal(np.zeros(len(places)), result.unseen, len(moved), method="eigh")
     inside = np.all((moved >= density.lower) & (moved <= density.upper), axis=1, keepdims=True)
     return np.where(inside, moved, positions)
+
+
+def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Array]:
+    """The density, and where the fit ended."""
+    problem, x, assumed = result.problem, result.minimum.x, {}
+    for name, prior in given.items():
+        if not isinstance(prior, (Normal, LogNormal, Uniform)):
+            raise TypeError(
+                f"priors[{shown(name)}] = {shown(prior)} must be Normal(mean, std), LogNormal(median, relative) or "
+                "Uniform(low, high)."
+            )
+    alone = len(problem.setups) == 1 and ensemble.applies(problem.parts[0])
+    if alone:
+        problem, x = _extended(problem, x, given)
+        k = result.curve.spring_constant
+        assumed = ({} if k is None else {"spring_constant": float(k)}) | {"sensitivity": 1.0}
+        for name, relative in result.curve.meta.get("calibration", {}).items():
+            if name in assumed:
+                given.setdefault(name, LogNormal(assumed[name], relative))
+    drawn = [name for name in CALIBRATION if name in given and name in assumed]
+    names = (*problem.names, *drawn)
+    for name in given:
+        if name in CALIBRATION and name not in assumed:
+            why = (
+                "the curve has no spring constant; give it as Curve(..., spring_constant=) or in [curve]"
+                if alone
+                else "only fits of a single curve without adhesion and relaxation draw the calibration"
+            )
+            raise ValueError(f"priors: {name} cannot be drawn: {why}.")
+        if name not in names:
+            raise ValueError(
+                f"priors: {shown(name)} was not fitted; a prior goes here with {', '.join(names)}. Fit it as well."
+            )
+    scales, parts = {name: Scale.of(name, problem, assumed) for name in names}, parts_of(problem, x)
+    x = np.append(x, [scales[name].internal(given[name].centre) for name in drawn])
+    lower, upper = (np.append(b, [far] * len(drawn)) for b, far in zip(problem.bounds, (-_FAR, _FAR), strict=True))
+    return _supported(LogPosterior(parts, scales, lower, upper, given)), x
+
+
+def _extended(problem: Problem, x: Array, given: Mapping[str, Prior]) -> tuple[Problem, Array]:
+    """The problem with numbers of the case free that have a prior and were held in the fit."""
+    (setup,) = problem.setups
+    model, place = setup.objective.model, len(setup.objective.model.free)
+    added = [name for name in given if name not in problem.names and name not in CALIBRATION]
+    known = parameter_names(model.medium, model.indenter)
+    for name in added:
+        if name not in known:
+            raise ValueError(
+                f"priors: {shown(name)} is no parameter of this fit; it has "
+                f"{', '.join(dict.fromkeys([*problem.names, *known, *CALIBRATION]))}."
+            )
+    if not added:
+        return problem, x
+    medium, indenter = model.case(model.externals(x[:place]))
+    wider = replace(model, medium=medium, indenter=indenter, free=(*model.free, *added))
+    start = np.array([internal(name, wider.value(name)) for name in added])
+    limits = [plain_limits(name) or (s - _FAR, s + _FAR) for name, s in zip(added, start, strict=True)]
+    lower, upper = (np.insert(b, place, [pair[i] for pair in limits]) for i, b in enumerate(problem.bounds))
+    x = np.insert(x, place, start)
+    objective = replace(setup.objective, model=wider, _before={})
+    return Problem.of([replace(setup, objective=objective, lower=lower, upper=upper)], [x], 0), x
+
+
+def _supported(density: LogPosterior) -> LogPosterior:
+    """The density with limits where the priors end."""
+    lower, upper = density.lower.copy(), density.upper.copy()
+    for name, prior in density.priors.items():
+        j, scale = density.names.index(name), density.scales[name]
+        ends, (low, high) = scale.external(np.array([lower[j], upper[j]])), prior.support
+        if not (low < ends[1] and high > ends[0]):
+            raise ValueError(
+                f"priors: {name} = {prior} allows no value between the limits of the fit, {ends[0]:.6g} and {ends[1]:.6g}."
+            )
+        lower[j] = scale.internal(low) if low > ends[0] else lower[j]
+        upper[j] = scale.internal(high) if high < ends[1] else upper[j]
+    return replace(density, lower=lower, upper=upper)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,110 +188,6 @@ class _Found:
     notes: tuple[str, ...]
 
 
-def _density(result: Fitted, curves: Sequence[Curve], given: dict[str, Prior]) -> tuple[LogPosterior, Array]:
-    """The density, and where the fit ended."""
-    objective = result.objective
-    (lower, upper), x = result.bounds, result.minimum.x
-    for name, prior in given.items():
-        if not isinstance(prior, (Normal, LogNormal, Uniform)):
-            raise TypeError(
-                f"priors[{shown(name)}] = {shown(prior)} must be Normal(mean, std), LogNormal(median, relative) or "
-                "Uniform(low, high)."
-            )
-    quick = False
-    if len(curves) == 1 and ensemble.applies(objective):
-        quick = True
-        objective, lower, upper, x = _extended(objective, lower, upper, x, given)
-    assumed = _assumed(curves, quick)
-    for name, relative in curves[0].meta.get("calibration", {}).items() if quick else ():
-        if name in assumed and name not in given:
-            given[name] = LogNormal(assumed[name], relative)
-    names = tuple(objective.names) + tuple(name for name in CALIBRATION if name in given)
-    _check_names(given, names, assumed, objective)
-    more, parts = len(names) - x.size, parts_of(objective, x)
-    x = np.append(x, [np.log(given[name].centre / assumed[name]) for name in names[x.size :]])
-    lower, upper = np.append(lower, [-_FAR] * more), np.append(upper, [_FAR] * more)
-    density = LogPosterior(parts, names, lower, upper, objective.scales(), assumed, given)
-    return _supported(density), x
-
-
-def _extended(
-    objective: Objective, lower: Array, upper: Array, x: Array, given: Mapping[str, Prior]
-) -> tuple[Objective, Array, Array, Array]:
-    """The problem with numbers of the case free that have a prior and were held in the fit."""
-    model = objective.model
-    added = [name for name in given if name not in objective.names and name not in CALIBRATION]
-    known = parameter_names(model.medium, model.indenter)
-    for name in added:
-        if name not in known:
-            raise ValueError(
-                f"priors: {shown(name)} is no parameter of this fit; it has "
-                f"{', '.join(dict.fromkeys([*objective.names, *known, *CALIBRATION]))}."
-            )
-    if not added:
-        return objective, lower, upper, x
-    values = model.externals(x[: len(model.free)])
-    medium, indenter = model.case(values)
-    wider = replace(model, medium=medium, indenter=indenter, free=(*model.free, *added))
-    place = len(model.free)
-    start = np.array([internal(name, wider.value(name)) for name in added])
-    limits = [plain_limits(name) or (s - _FAR, s + _FAR) for name, s in zip(added, start, strict=True)]
-    lower, upper = (np.insert(b, place, [pair[i] for pair in limits]) for i, b in enumerate((lower, upper)))
-    return replace(objective, model=wider, _before={}), lower, upper, np.insert(x, place, start)
-
-
-def _assumed(curves: Sequence[Curve], quick: bool) -> dict[str, float]:
-    """Values of the calibration that may be drawn."""
-    if not quick:
-        return {}
-    k = curves[0].spring_constant
-    return ({} if k is None else {"spring_constant": float(k)}) | {"sensitivity": 1.0}
-
-
-def _check_names(
-    given: Mapping[str, Prior], names: Sequence[str], assumed: Mapping[str, float], objective: object
-) -> None:
-    for name in given:
-        if name in CALIBRATION and name not in assumed:
-            why = (
-                "the curve has no spring constant; give it as Curve(..., spring_constant=) or in [curve]"
-                if ensemble.applies(objective)
-                else "only fits of a single curve without adhesion and relaxation draw the calibration"
-            )
-            raise ValueError(f"priors: {name} cannot be drawn: {why}.")
-        if name not in names:
-            raise ValueError(
-                f"priors: {shown(name)} was not fitted; a prior goes here with {', '.join(names)}. Fit it as well."
-            )
-
-
-def _supported(density: LogPosterior) -> LogPosterior:
-    """The density with limits where the priors end."""
-    lower, upper = density.lower.copy(), density.upper.copy()
-    for name, prior in density.priors.items():
-        j = density.names.index(name)
-        ends = density.external(name, np.array([lower[j], upper[j]]))[0]
-        low, high = prior.support
-        if not (low < ends[1] and high > ends[0]):
-            raise ValueError(
-                f"priors: {name} = {prior} allows no value between the limits of the fit, {ends[0]:.6g} and {ends[1]:.6g}."
-            )
-        lower[j], upper[j] = (
-            max(lower[j], _internal(density, name, low)) if low > ends[0] else lower[j],
-            min(upper[j], _internal(density, name, high)) if high < ends[1] else upper[j],
-        )
-    return replace(density, lower=lower, upper=upper)
-
-
-def _internal(density: LogPosterior, name: str, value: float) -> float:
-    if name in density.scales:
-        offset, unit = density.scales[name]
-        return (value - offset) / unit
-    if name in density.assumed:
-        return float(np.log(value / density.assumed[name]))
-    return internal(name, value)
-
-
 def _sampled(density: LogPosterior, state: Array, draws: int, rng: np.random.Generator, report: Report) -> _Found:
     """Run the chains until they are long enough."""
     import emcee
@@ -237,81 +198,60 @@ def _sampled(density: LogPosterior, state: Array, draws: int, rng: np.random.Gen
     moves = [(emcee.moves.DEMove(), 0.5), (emcee.moves.KDEMove(), 0.3), (emcee.moves.StretchMove(), 0.2)]
     sampler = emcee.EnsembleSampler(walkers, count, density, vectorize=True, moves=moves)
     sampler.random_state = np.random.RandomState(rng.integers(2**31)).get_state()
-    while True:
+    length = min(chains.length, max(chains.shortest, draws / walkers))
+    steps, needed, notes = 0, np.inf, []
+    while steps < min(needed, chains.longest):
         state = sampler.run_mcmc(state, chains.block)
         steps = sampler.iteration
         dropped: int = round(chains.burned * steps)
-        times = emcee.autocorr.integrated_time(sampler.get_chain(discard=dropped), quiet=True, tol=0)
+        times = sampler.get_autocorr_time(discard=dropped, quiet=True, tol=0)
         times = np.maximum(np.nan_to_num(times, nan=float(steps)), 1.0)
-        length = min(chains.length, max(chains.shortest, draws / walkers))
         needed = max(length * float(times.max()), draws / walkers) / (1 - chains.burned)
         report(min(steps, round(needed)), round(needed))
-        if steps >= needed or steps >= chains.longest:
-            break
-    notes: tuple[str, ...] = ()
     if steps < needed:
-        notes = (
+        notes.append(
             f"The chains are {(steps - dropped) / float(times.max()):.0f} autocorrelation times long in place of "
-            f"{length:.0f}: quantiles are uncertain. Narrow a prior or the limits of what the curve does not determine.",
+            f"{length:.0f}: quantiles are uncertain. Narrow a prior or the limits of what the curve does not determine."
         )
-    each = -(-draws // walkers)
-    chosen = np.linspace(steps - 1, dropped, min(each, steps - dropped)).round().astype(int)[::-1]
-    positions = sampler.get_chain()[chosen].reshape(-1, count)[:draws]
-    logarithms = sampler.get_log_prob()[chosen].ravel()[:draws]
-    acceptance = float(np.mean(sampler.acceptance_fraction))
-    return _Found(positions, logarithms, times, (steps - dropped) * walkers, acceptance, notes)
-
-
-def _parabola(density: LogPosterior, x: Array) -> tuple[Array, Array]:
-    """Most probable parameters and a root of their covariance, from the slopes of the residuals at x and the priors."""
-    step = 1e-4  # internal parameters are of order one
-    eye = step * np.eye(x.size)
-    # where nothing is known positions spread by a factor 20 of a logarithmic parameter
-    information, shift = np.diag(np.full(x.size, 1 / 3.0**2)), np.zeros(x.size)
-    for part in density.parts:
-        r = density.residuals(part, np.vstack([x, x + eye, x - eye]))
-        slopes = (r[1 : x.size + 1] - r[x.size + 1 :]) / (2 * step)
-        variance = (float(r[0] @ r[0]) + part.within) / max(part.count - x.size, 1)
-        information += slopes @ slopes.T / max(variance, TINY)
-    for name, prior in density.priors.items():
-        j = density.names.index(name)
-        ends = density.external(name, np.array([density.lower[j], density.upper[j]]))[0]
-        place = _internal(density, name, float(np.clip(prior.centre, *ends)))
-        weight = float(density.external(name, np.array([place]))[1][0] / prior.spread) ** 2
-        information[j, j] += weight
-        shift[j] = weight * (place - x[j])
-    scale = 1 / np.sqrt(np.diag(information))
-    root = np.linalg.inv(np.linalg.cholesky(information * scale[:, None] * scale)).T * scale[:, None]
-    return x + root @ root.T @ shift, root
+    chosen = np.linspace(steps - 1, dropped, min(-(-draws // walkers), steps - dropped)).round().astype(int)[::-1]
+    return _Found(
+        sampler.get_chain()[chosen].reshape(-1, count)[:draws],
+        sampler.get_log_prob()[chosen].ravel()[:draws],
+        times,
+        (steps - dropped) * walkers,
+        float(np.mean(sampler.acceptance_fraction)),
+        tuple(notes),
+    )
 
 
 def _starts(density: LogPosterior, middle: Array, root: Array, rng: np.random.Generator) -> Array:
     """Positions of the walkers, normal about the middle; those beyond a limit are put anywhere before it."""
-    walkers = max(_CHAINS.walkers, 4 * middle.size) if density.fast else 5 * middle.size
+    fast = all(part.fast for part in density.parts)
+    walkers = max(_CHAINS.walkers, 4 * middle.size) if fast else 5 * middle.size
     # limits that nobody set are far away
     low, high = np.maximum(density.lower, middle - _FAR), np.minimum(density.upper, middle + _FAR)
     middle = np.clip(middle, low + 1e-3 * (high - low), high - 1e-3 * (high - low))
     starts = middle + rng.normal(size=(walkers, middle.size)) @ root.T
     for end, beyond in ((low, starts <= low), (high, starts >= high)):
-        anywhere = end + (middle - end) * rng.uniform(1e-3, 1, size=starts.shape)
-        starts = np.where(beyond, anywhere, starts)
+        starts = np.where(beyond, end + (middle - end) * rng.uniform(1e-3, 1, size=starts.shape), starts)
     return np.asarray(starts)
 
 
-def _alike(density: LogPosterior, quick: LogPosterior, positions: Array) -> bool:
+def _alike(density: LogPosterior, sampled: LogPosterior, positions: Array) -> bool:
     """Whether the likelihood that was sampled (on block means, or of a quadratic model) is the true one, at some of the draws."""
     some = positions[:: max(len(positions) // 50, 1)]
-    if all(a.objective is b.objective for a, b in zip(density.parts, quick.parts, strict=True)) or len(some) < 2:
+    if all(a.objective is b.objective for a, b in zip(density.parts, sampled.parts, strict=True)) or len(some) < 2:
         return True
     # a tenth in ln of the likelihood changes no quantile by more than its own scatter
-    return bool(np.std(density.likelihood(some) - quick.likelihood(some)) < 0.1)
+    return bool(np.std(density.likelihood(some) - sampled.likelihood(some)) < 0.1)
 
 
 def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Array) -> list[str]:
     """What the numbers do not say by themselves."""
-    residual = result.minimum.residual
-    notes = list(correlated(memory_of(residual), residual.size))
-    spread = np.std(values, axis=0)
+    notes = list(correlated(result.memory, result.minimum.residual.size))
+    spread, (low, high) = np.std(values, axis=0), np.quantile(positions, [0.005, 0.995], axis=0)
+    near = 0.01 * (high - low)
+    ended = (low - density.lower > near) & (density.upper - high > near)
     for j, name in enumerate(density.names):
         prior = density.priors.get(name)
         if prior is not None and name not in CALIBRATION and spread[j] > 0.5 * prior.spread:
@@ -319,15 +259,8 @@ def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Arra
                 f"{name}: the posterior is {100 * spread[j] / prior.spread:.0f} % as wide as the prior; the curve adds little to "
                 "what was known."
             )
-        elif prior is None and name in result.objective.model.free and not _ends(density, j, positions[:, j]):
+        elif prior is None and name in result.problem.free and not ended[j]:
             notes.append(
                 f"{name} is not determined by the curve: its draws reach a limit of the fit. Give a prior, or narrower limits."
             )
     return notes
-
-
-def _ends(density: LogPosterior, j: int, positions: Array) -> bool:
-    """Whether the draws of an internal parameter stay away from its limits."""
-    low, high = np.quantile(positions, [0.005, 0.995])
-    near = 0.01 * (high - low)
-    return bool(low - density.lower[j] > near and density.upper[j] - high > near)

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -43,6 +44,7 @@ class HistoryModel(SampleParameters):
     sample: Sample
     free: tuple[str, ...] = ()
     method: FitMethod = "auto"
+    over_time: ClassVar[bool] = True
     elastic: ForwardModel = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -52,6 +54,11 @@ class HistoryModel(SampleParameters):
         elastic = ForwardModel(self.sample.medium, self.sample.indenter, plain, self.method)
         object.__setattr__(self, "elastic", elastic)
         object.__setattr__(self, "method", elastic.method)
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether elastic forces come from a table."""
+        return self.elastic.tabulated
 
     def relaxation(self, theta: Array) -> Relaxation:
         """The relaxation function at internal parameters."""

@@ -1,27 +1,32 @@
-"""Pictures of batches: one parameter of many curves with its intervals, as a map, and as a histogram."""
+"""Pictures of distributions: one parameter of many curves with its intervals, as a map, as a histogram; draws of a posterior."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
 from flatpunch._support.checks import TINY, Array, Flags
+from flatpunch._support.kinds import instance
 from flatpunch.fit.report.quantities import axis_label, unit_of
-from flatpunch.plots.style import BLUE, GREY, PALE, SHADE, THIN, StyleName, scale_of, sheet, styled
+from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, SHADE, THIN, StyleName, axes_or_new, scale_of, sheet, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from flatpunch.fit.batch import Batch
+    from flatpunch.fit.report.posterior import Posterior
 
+_CELLS = 28
+"""Cells along a side of the picture of two parameters of a posterior, and along its histograms."""
 
-def first_parameter(batch: Batch) -> str:
-    """First column with an interval."""
-    return next(name.removesuffix(" low") for name in batch.columns if name.endswith(" low"))
+_HELD = (0.95, 0.68)
+"""Share of the draws inside the contours of two parameters."""
 
 
 def bars(batch: Batch, name: str, axes: Axes) -> None:
@@ -126,3 +131,93 @@ def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags)
     axes.set_ylabel(f"$y$ ({length})")
     lost = int(bad.sum())
     axes.set_title(f"{values.size - lost} curves" + (f", {lost} left out (crosses)" if lost else ""))
+
+
+def plot_posterior(posterior: Posterior, name: str, second: str | None = None, axes: Axes | None = None) -> Axes:
+    """Draw the posterior of one parameter as a histogram, or of two as a map with contours that hold 68 and 95 %.
+
+    Parameters
+    ----------
+    posterior : Posterior
+        What `FitResult.posterior` returned.
+    name, second : str
+        Parameters, along the axes.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    See Also
+    --------
+    plot_fit : The fit itself.
+
+    Examples
+    --------
+    >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+    >>> depth = np.linspace(-2e-7, 4e-7, 300)
+    >>> force = np.zeros(300)
+    >>> force[depth > 0] = fp.indent(gel, tip, depth=depth[depth > 0]).force
+    >>> force += 1e-11 * np.random.default_rng(0).normal(size=300)
+    >>> fitted = fp.fit(fp.Curve(depth=depth, force=force), gel, tip, ["base.young"])
+    >>> axes = fp.plot_posterior(fitted.posterior(draws=2000), "base.young", "contact")
+    >>> axes.get_xlabel()
+    'E of base (kPa)'
+    """
+    # posteriors are loaded with their sampler
+    from flatpunch.fit.report.posterior import Posterior
+
+    instance("posterior", posterior, (Posterior,), "a Posterior, as `FitResult.posterior` returns it")
+    drawn = axes_or_new(axes)
+    _draws(posterior, name, second, drawn)
+    return drawn
+
+
+def posterior_figure(
+    posterior: Posterior, names: Sequence[str] | None = None, *, style: StyleName | str = "screen"
+) -> Figure:
+    """Corner picture: each parameter along the diagonal, each pair below it."""
+    wanted = tuple(posterior.names if names is None else names)
+    count = len(wanted)
+    with styled(style) as chosen:
+        side = chosen.width if chosen.width is not None else 1.0 + 2.1 * count
+        figure = Figure(figsize=(side, side), layout="constrained")
+        panels = figure.subplots(count, count, squeeze=False, sharex="col")
+        for i, row in enumerate(wanted):
+            for j, column in enumerate(wanted):
+                axes = panels[i, j]
+                if j > i:
+                    axes.set_axis_off()
+                    continue
+                _draws(posterior, column, None if i == j else row, axes)
+                axes.label_outer()
+        figure.align_labels()
+    return figure
+
+
+def _draws(posterior: Posterior, name: str, second: str | None, axes: Axes) -> None:
+    """Draws of one parameter as a histogram with median and interval, of two as points with contours."""
+    scales = [(each, *scale_of(posterior[each], unit_of(each))) for each in (name, second) if each is not None]
+    values = [posterior[each] * factor for each, factor, _ in scales]
+    labels = [axis_label(each, unit) for each, _, unit in scales]
+    if second is None:
+        axes.hist(values[0], bins=_CELLS, density=True, color=PALE, edgecolor="white", linewidth=0.5)
+        for end in posterior.interval(name):
+            axes.axvline(end * scales[0][1], color=BLUE, lw=1, ls="--")
+        axes.axvline(float(np.median(values[0])), color=BLUE)
+        axes.set_yticks([])
+    else:
+        counts, *edges = np.histogram2d(values[0], values[1], bins=_CELLS)
+        smooth = gaussian_filter(counts, 1.0, mode="constant")
+        ordered = np.sort(smooth.ravel())[::-1]
+        places = np.searchsorted(np.cumsum(ordered) / ordered.sum(), _HELD)
+        levels = [*ordered[np.minimum(places, ordered.size - 1)], smooth.max()]
+        axes.plot(*values, ",", color=GREY, alpha=0.5, rasterized=True)
+        if levels[0] < levels[1] < levels[2]:
+            axes.contourf(*((e[1:] + e[:-1]) / 2 for e in edges), smooth.T, levels, colors=[PALE, BLUE], alpha=0.5)
+        axes.plot(*map(np.median, values), "+", color=ORANGE, ms=10, mew=2 * THIN)
+        axes.yaxis.set_major_locator(MaxNLocator(3))
+    axes.set_xlabel(labels[0])
+    axes.set_ylabel(labels[1] if second is not None else "density")
+    axes.xaxis.set_major_locator(MaxNLocator(3))

@@ -1,0 +1,141 @@
+"""Least-squares problem of one or several curves.
+
+The sum of squares is that of all curves, each over the variance of its own noise:
+
+    chi^2 = sum_i |r_i(shared, own_i)|^2 / s_i^2,
+
+with x = (shared parameters, own parameters of each curve, contact point and background of each curve). One curve is the case
+n = 1, whose x is that of its own problem; s_1 is one there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from flatpunch._support.checks import Array, Indices
+from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.parameters.scaling import OF, external, kind, plain_limits
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Residuals of all curves over their noise, as a function of x.
+
+    Attributes
+    ----------
+    setups : tuple of Setup
+        One for each curve.
+    names : tuple of str
+        Of all entries of x; those of one curve of several end in " @ " and its name.
+    free : tuple of str
+        Parameters of the sample, shared and own, which come first among the names.
+    places : tuple of ndarray of int
+        Where in x the entries of each curve's own x are.
+    start : ndarray
+        Internal values of x where the search began.
+    noise : ndarray, shape (curves,)
+        Standard deviation by which the residuals of each are divided, over its force range.
+    """
+
+    setups: tuple[Setup, ...]
+    names: tuple[str, ...]
+    free: tuple[str, ...]
+    places: tuple[Indices, ...]
+    start: Array
+    noise: Array
+    bounds: tuple[Array, Array] = field(init=False)
+
+    def __post_init__(self) -> None:
+        lower, upper = np.empty(len(self.names)), np.empty(len(self.names))
+        for setup, place in zip(reversed(self.setups), reversed(self.places), strict=True):
+            # of shared parameters those of the first curve
+            lower[place], upper[place] = setup.lower, setup.upper
+        object.__setattr__(self, "bounds", (lower, upper))
+
+    @classmethod
+    def of(cls, setups: Sequence[Setup], starts: Sequence[Array], shared: int) -> Problem:
+        """The problem of curves that share their first parameters, from the x of each; shared ones begin at the median."""
+        if len(setups) == 1:
+            (setup,), (x,) = setups, starts
+            names, free = setup.objective.names, setup.objective.model.free
+            return cls((setup,), names, free, (np.arange(x.size),), x, np.ones(1))
+        count = len(setups[0].objective.model.free)
+        names_: list[str] = list(setups[0].objective.names[:shared])
+        places: list[list[int]] = [list(range(shared)) for _ in setups]
+        for some in (slice(shared, count), slice(count, None)):
+            for setup, place in zip(setups, places, strict=True):
+                mine = setup.objective.names[some]
+                place += range(len(names_), len(names_) + len(mine))
+                names_ += [f"{name}{OF}{setup.part.name}" for name in mine]
+            if some.stop == count:
+                free = tuple(names_)
+        start = np.empty(len(names_))
+        for x, place in zip(starts, places, strict=True):
+            start[place] = x
+        start[:shared] = np.median([x[:shared] for x in starts], axis=0)
+        indices = tuple(np.array(place) for place in places)
+        return cls(tuple(setups), tuple(names_), free, indices, start, np.ones(len(setups)))
+
+    @property
+    def parts(self) -> tuple[Any, ...]:
+        """The problem of each curve, an `Unknowns` of its kind."""
+        return tuple(setup.objective for setup in self.setups)
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether an evaluation costs no solution of a contact."""
+        return all(part.model.tabulated for part in self.parts)
+
+    @property
+    def coarse(self) -> Problem:
+        """The problem on block means of the curves, as far as there are any."""
+        setups = [setup if setup.coarse is None else replace(setup, objective=setup.coarse) for setup in self.setups]
+        return replace(self, setups=tuple(setups))
+
+    def scales(self) -> dict[str, tuple[float, float]]:
+        """Offsets and units of contact and background of each curve, SI."""
+        found: dict[str, tuple[float, float]] = {}
+        for part, places in zip(self.parts, self.places, strict=True):
+            scales = part.scales()
+            found |= {self.names[j]: scales[n] for j, n in zip(places, part.names, strict=True) if n in scales}
+        return found
+
+    def external(self, j: int, x: Array) -> Array:
+        """Internal values x of parameter j in SI, infinite ones included."""
+        name, scales = self.names[j], self.scales()
+        if name in scales:
+            offset, unit = scales[name]
+            return np.asarray(offset + unit * x)
+        with np.errstate(over="ignore"):
+            return np.array([external(name, v) if np.isfinite(v) else _end(name, v) for v in x])
+
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Residuals, shape (n,), and derivatives, shape (parameters, n)."""
+        if len(self.setups) == 1:
+            found_: tuple[Array, Array] = self.parts[0].evaluate(x)
+            return found_
+        found = [part.evaluate(x[places]) for part, places in zip(self.parts, self.places, strict=True)]
+        residual = np.concatenate([r / s for (r, _), s in zip(found, self.noise, strict=True)])
+        jacobian = np.zeros((x.size, residual.size))
+        begin = 0
+        for (r, j), places, s in zip(found, self.places, self.noise, strict=True):
+            jacobian[places, begin : begin + r.size] = j / s
+            begin += r.size
+        return residual, jacobian
+
+    def at(self, found: Minimum) -> Minimum:
+        """The minimum with residuals and normal matrix of this problem."""
+        residual, jacobian = self.evaluate(found.x)
+        return replace(found, residual=residual, normal=jacobian @ jacobian.T)
+
+
+def _end(name: str, value: float) -> float:
+    """External value at an infinite internal one."""
+    if value > 0:
+        return float(np.pi / 2) if kind(name) == "inclination" else float("inf")
+    return float("-inf") if plain_limits(name) else 0.0
