@@ -139,6 +139,7 @@ def fit_ranges(
     """
     whole = fit(curve, medium, indenter, free, **settings)
     contact, deepest = whole["contact"] if "contact" in whole.estimates else 0.0, float(whole.depth.max())
+    deepest *= whole.problem.parts[0].turned
     results = []
     for share in shares:
         if share >= 1:

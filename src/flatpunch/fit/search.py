@@ -96,7 +96,7 @@ def descended(setup: Setup, start: Array, settings: Settings) -> Minimum:
 def _wider(setup: Setup, found: Minimum, free: Mapping[str, Free], settings: Settings) -> Setup | None:
     """A setup with wider limits where the minimum sits on one that nobody set; None if there is no such limit."""
     names, lower, upper = setup.objective.names, setup.lower.copy(), setup.upper.copy()
-    low_set, high_set = settings.contact_limits
+    low_set, high_set = settings.contact_limits(1.0)
     changed = False
     for j in np.flatnonzero(found.at_bound):
         below, name = bool(found.x[j] <= lower[j]), names[j]

@@ -88,7 +88,7 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
                 raise CurveError(
                     f"{curve.name}: fewer than {FEWEST} points in contact are left by {name} = {limit:.4g}."
                 )
-    start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments))
+    start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments), found.turned)
     return start.setup(used, notes)
 
 
@@ -193,6 +193,7 @@ class _Start:
     limits: tuple[Array, Array]
     settings: Settings
     dip: float
+    turned: float
 
     def setup(self, used: Flags, notes: tuple[str, ...], start: Array | None = None) -> Setup:
         """The problem with some points; behind its cantilever once there is a start."""
@@ -200,13 +201,15 @@ class _Start:
         if speed is not None:
             check_drag(self.part, self.settings)
             self.part.meta["speed"] = speed
+        held = self.settings.held
         # the same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go
         objective = Objective(
             model=self.model,
             depth=taken.depth,
             force=taken.force,
             nuisance=self.settings.nuisance,
-            held=self.settings.held,
+            held={**held, "contact": self.turned * held["contact"]},
+            turned=self.turned,
             frame=frame_of(self.part.depth, self.part.force, self.part.position, speed),
             spring=None if start is None else taken.spring_constant,
             softest=None if taken.spring_constant is None else -0.75 * taken.spring_constant,
@@ -217,7 +220,7 @@ class _Start:
         enough(taken, objective)
         low, high = self._contacts(objective)
         slack = high - low
-        asked = self.settings.contact_limits
+        asked = self.settings.contact_limits(self.turned)
         ends = (low - slack if asked[0] is None else asked[0], high + slack if asked[1] is None else asked[1])
         lower, upper = with_nuisance(objective, self.limits, ends)
         return Setup(

@@ -35,7 +35,7 @@ def residuals(objective: Objective, x: Array, spring_constant: Array, sensitivit
     count = len(objective.model.free)
     rest: Plain = dict(objective.held)
     for name, column in zip(objective.nuisance, x[:, count:].T, strict=True):
-        offset, unit = objective.scales()[name]
+        offset, unit = objective.units[name]
         rest[name] = (offset + unit * column)[:, None]
     moving = objective.background(rest, objective.position, objective.speed)
     gain = (spring_constant * sensitivity)[:, None]

@@ -192,6 +192,7 @@ def _objective(
         nuisance=chosen.nuisance,
         held=held,
         frame=frame,
+        turned=turned,
         spring=curve.spring_constant,
         speed=speed,
     )
@@ -203,16 +204,14 @@ def _contacts(objective: Objective, settings: Settings, turned: float) -> tuple[
     """Contact points that are allowed: those of the user, or the whole curve and ten times as much before it."""
     if isinstance(settings.contact, float):
         return objective.held["contact"], objective.held["contact"]
-    low, high = settings.contact_limits
-    if turned < 0:
-        low, high = (None if v is None else -v for v in (high, low))
+    low, high = settings.contact_limits(turned)
     position, force, k = objective.position, objective.force, objective.spring
     bent = (0.0, 0.0) if k is None else (float(force.max()) / k, float(force.min()) / k)
     first, last = float(position.min()) - bent[0], float(position.max()) - bent[1]
     farthest = first - FARTHEST * (last - first)
     if (low is not None and low > last) or (high is not None and high < farthest):
         ends = sorted(turned * end for end in (first, last))
-        given = " and ".join(text(v, "m") for v in settings.contact_limits if v is not None)
+        given = " and ".join(text(v, "m") for v in settings.contact_limits(1.0) if v is not None)
         raise CurveError(
             f"contact: the limits {given} are outside the curve, whose positions go from {text(ends[0], 'm')} to "
             f"{text(ends[1], 'm')}. Limits have the sign of the file, as `fit` and `read` print the contact point."
@@ -273,7 +272,7 @@ def _setup(
     if "drag" in objective.nuisance and "drag" not in fit.objective.nuisance:
         known = {**fit.objective.split(fit.x)[1], "drag": free.drag if free is not None else 0.0}
         known["baseline"] = free.level if free is not None else known["baseline"]
-        scales, count = objective.scales(), len(model.free)
+        scales, count = objective.units, len(model.free)
         start = np.append(
             fit.x[:count], [(known[name] - scales[name][0]) / scales[name][1] for name in objective.nuisance]
         )

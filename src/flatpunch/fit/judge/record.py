@@ -314,7 +314,7 @@ class Record:
         x = x.copy()
         for j in self.moduli:
             x[j] += np.log(found.amplitude) / len(self.moduli)
-        scales = objective.scales()
+        scales = objective.units
         for name, value in (("contact", found.place - self.bent), ("baseline", self.level)):
             if name in objective.nuisance:
                 offset, unit = scales[name]

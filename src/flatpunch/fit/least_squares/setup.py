@@ -70,7 +70,7 @@ def with_nuisance(
     objective: Unknowns, limits: tuple[Array, Array], contact: tuple[float, float]
 ) -> tuple[Array, Array]:
     """Limits of the free parameters, of the contact point [m], and none for the background."""
-    offset, unit = objective.scales()["contact"]
+    offset, unit = objective.units["contact"]
     bounds = {"contact": ((contact[0] - offset) / unit, (contact[1] - offset) / unit)}
     ends = [bounds.get(name, (-np.inf, np.inf)) for name in objective.nuisance]
     return np.append(limits[0], [low for low, _ in ends]), np.append(limits[1], [high for _, high in ends])

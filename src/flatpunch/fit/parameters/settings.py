@@ -197,10 +197,10 @@ class Settings:
         drag = 0.0 if self.drag == "free" else float(self.drag)
         return dict.fromkeys(NUISANCE, 0.0) | {"contact": contact, "drag": drag}
 
-    @property
-    def contact_limits(self) -> tuple[float | None, float | None]:
-        """Limits of the contact point that the user set [m]."""
-        return self.contact if isinstance(self.contact, tuple) else (None, None)
+    def contact_limits(self, turned: float) -> tuple[float | None, float | None]:
+        """Limits of the contact point that the user set [m], on an axis whose sign is `turned`."""
+        low, high = self.contact if isinstance(self.contact, tuple) else (None, None)
+        return (low, high) if turned > 0 else (None if high is None else -high, None if low is None else -low)
 
 
 def _contact(given: object) -> Contact:

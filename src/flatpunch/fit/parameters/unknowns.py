@@ -75,6 +75,8 @@ class Unknowns(ABC):
         Speed of the cantilever's base [m/s].
     counts : ndarray, shape (n,), optional
         Readings behind each entry, where entries are means.
+    turned : float
+        -1 where the depth of the file has the other sign.
     """
 
     model: Any
@@ -87,7 +89,8 @@ class Unknowns(ABC):
     spring: float | None = None
     speed: Array | None = None
     counts: Array | None = None
-    _scales: dict[str, tuple[float, float]] = field(init=False, repr=False)
+    turned: float = 1.0
+    _units: dict[str, tuple[float, float]] = field(init=False, repr=False)
     _before: dict[int | str, Array] = field(default_factory=dict, repr=False)  # where the next evaluation starts
 
     @abstractmethod
@@ -114,23 +117,29 @@ class Unknowns(ABC):
             "tilt": (0.0, f.span / f.way),
             "drag": (0.0, f.span / f.speed),
         }
-        object.__setattr__(self, "_scales", scales)
+        object.__setattr__(self, "_units", scales)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all entries of x."""
         return (*self.model.free, *self.nuisance)
 
+    @property
+    def units(self) -> dict[str, tuple[float, float]]:
+        """Offset and unit of contact and of the coefficients of the background in x, SI."""
+        return self._units
+
     def scales(self) -> dict[str, tuple[float, float]]:
-        """Offset and unit of contact [m] and of the coefficients of the background, SI."""
-        return self._scales
+        """The same for reports: the contact point has the sign of the file."""
+        offset, unit = self._units["contact"]
+        return {**self._units, "contact": (self.turned * offset, self.turned * unit)}
 
     def split(self, x: Array) -> tuple[Array, dict[str, float]]:
         """Free parameters (internal) and all of contact and background in SI."""
         count = len(self.model.free)
         values = dict(self.held)
         for name, value in zip(self.nuisance, x[count:], strict=True):
-            offset, unit = self._scales[name]
+            offset, unit = self._units[name]
             values[name] = offset + unit * float(value)
         return x[:count], values
 

@@ -33,7 +33,7 @@ def reported(problem: Problem, found: Minimum, settings: Settings) -> FitResult:
     spread, undetermined = covariance(found.normal, inside, variance)
     doubtful = [i for i, setup in enumerate(problem.setups) if setup.doubtful and inside.all()]
     unseen = _undetected_tilts(problem, found, doubtful, settings)
-    shared = unseen + _calibrations(problem, found)
+    shared = unseen + _calibrations(problem, found) + _other_backgrounds(problem, found)
     for i in range(len(problem.setups)):
         shared = shared + _rounding(problem, found, i)
     spread = spread + shared
@@ -65,8 +65,8 @@ def _estimated(problem: Problem, found: Minimum, spread: Array, level: float) ->
         bound = bool(found.at_bound[j])
         if name in scales:
             offset, unit = scales[name]
-            low, high = (float(offset + unit * (x + s * reach[j])) for s in (-1, 1))
-            estimates[name] = Estimate(offset + unit * x, unit * error, low, high, at_bound=bound)
+            low, high = sorted(float(offset + unit * (x + s * reach[j])) for s in (-1, 1))
+            estimates[name] = Estimate(offset + unit * x, abs(unit) * error, low, high, at_bound=bound)
         else:
             value = external(name, x)
             low, high = (external(name, float(np.clip(x + s * reach[j], lower[j], upper[j]))) for s in (-1, 1))
@@ -162,6 +162,23 @@ def _undetected_tilts(problem: Problem, found: Minimum, curves: Sequence[int], s
         # infinite where the curve says nothing about a parameter, or the tilt is one of its shapes
         with np.errstate(invalid="ignore", divide="ignore"):
             shift = inverse @ along * (column @ residual) / (column @ column - along @ inverse @ along)
+        if np.isfinite(shift).all():
+            added += np.outer(shift, shift)
+    return added
+
+
+def _other_backgrounds(problem: Problem, found: Minimum) -> Array:
+    """Covariance that other backgrounds add, which the readings before the contact allow as well: a step to the minimum of each."""
+    added = np.zeros_like(found.normal)
+    for i, setup in enumerate(problem.setups):
+        if setup.other is None:
+            continue
+        place, gradient, normal = problem.places[i], np.zeros(found.x.size), found.normal.copy()
+        for objective, sign in ((setup.objective, -1), (setup.other, 1)):
+            residual, jacobian = objective.evaluate(found.x[place])
+            normal[np.ix_(place, place)] += sign * jacobian @ jacobian.T / problem.noise[i] ** 2
+        gradient[place] = jacobian @ residual / problem.noise[i] ** 2
+        shift = covariance(normal, ~found.at_bound, 1.0)[0] @ gradient
         if np.isfinite(shift).all():
             added += np.outer(shift, shift)
     return added

@@ -43,22 +43,18 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     if len(at) > 1:
         more += (f"{(len(at) + 1) // 2} loading cycles are fitted together.",)
     position = levelled(part.position, at)
-    objective = _binned(part, position, model, settings, _BINS, speed)
+    objective = _binned(part, position, model, settings, _BINS, turned, speed)
     enough(part, objective)
     end = float(part.depth[: at[0] + 1].max())
     # contact points are tried this far about that of the elastic approach, over its depth: relaxation bends the curve
     reach = 0.5 * (end - contact)
     between = (contact - reach, min(contact + reach, end))
     outermost = float(part.depth.min())
-    asked = (
-        settings.contact_limits
-        if turned > 0
-        else tuple(None if v is None else -v for v in settings.contact_limits[::-1])
-    )
+    asked = settings.contact_limits(turned)
     ends = (outermost if asked[0] is None else asked[0], end if asked[1] is None else asked[1])
     between = (max(between[0], ends[0]), min(between[1], ends[1]))
     lower, upper = with_nuisance(objective, limits, ends)
-    coarse = _binned(part, position, model, settings, _SCANNED, speed)
+    coarse = _binned(part, position, model, settings, _SCANNED, turned, speed)
     used = np.ones(part.depth.size, dtype=bool)
     return Setup(
         part,
@@ -128,7 +124,7 @@ def _without_adhesion(made: Approached, settings: Settings) -> tuple[Curve, tupl
 
 
 def _binned(
-    part: Curve, position: Array, model: HistoryModel, settings: Settings, count: int, speed: Array | None = None
+    part: Curve, position: Array, model: HistoryModel, settings: Settings, count: int, turned: float, speed: Array | None = None
 ) -> HistoryObjective:
     """Means over stretches that are short where much happens: in time, in depth, and after the turning point."""
     assert part.time is not None
@@ -158,6 +154,7 @@ def _binned(
         nuisance=settings.nuisance,
         held=settings.held,
         frame=frame_of(part.depth, part.force, part.position, speed),
+        turned=turned,
         spring=part.spring_constant,
         once=len(turns(position)) == 1,
         speed=None if speed is None else np.bincount(index, speed) / size,
