@@ -10,15 +10,14 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.fit.least_squares.minimum import SETTLED, SOON, Minimum, minimise
-from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.robust import reweighted
 from flatpunch.fit.least_squares.setup import Setup
-from flatpunch.fit.measured.curve import FEWEST, CurveError
+from flatpunch.fit.measured.curve import CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.models import FAR
-from flatpunch.fit.parameters.scaling import external, plain_limits
+from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.parameters.settings import Free, Settings
-from flatpunch.fit.report.quantities import quantity, unit_of
+
 
 def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Minimum]:
     """Descend from the start; limits that nobody set are widened where the search ends on one."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -107,9 +106,7 @@ def elastic_setup(curve: Curve, model: ForwardModel, limits: tuple[Array, Array]
     return _setup(made, model, limits, settings, free)
 
 
-def approached(
-    curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings
-) -> Approached:
+def approached(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Approached:
     """The first leg of a curve that shows a contact with readings before it, else the first that shows any.
 
     Raises
@@ -141,11 +138,15 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
     fresh = np.append(True, (np.diff(part.depth) != 0) | (np.diff(part.force) != 0))
     part = part if fresh.all() else part.taken(fresh)
     if part.depth.size < FEWEST or np.ptp(part.force) == 0:
-        raise CurveError(f"{part.name}: {part.depth.size} readings are left of the approach; a fit needs {FEWEST} or more.")
+        raise CurveError(
+            f"{part.name}: {part.depth.size} readings are left of the approach; a fit needs {FEWEST} or more."
+        )
     step = converter_step(part.force)
     noise = white_noise(part.force, step, thinned(part.position, part.force))
     out = strays(part.force, noise)
-    records = tuple(_record(part.turned(force=s), out, (noise, step), model, settings, found.turned) for s in (1.0, -1.0))
+    records = tuple(
+        _record(part.turned(force=s), out, (noise, step), model, settings, found.turned) for s in (1.0, -1.0)
+    )
 
     def between(objective: Objective) -> tuple[Array, Array]:
         lower, upper = with_nuisance(objective, limits, records[0].contacts)
@@ -230,7 +231,9 @@ def _setup(
     fit, found, part, record = made.fit, made.found, made.part, made.fit.record
     notes = [*found.notes, *leap_note(found.whole)]
     if made.upright < 0:
-        notes.append("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).")
+        notes.append(
+            "The force falls while the tip presses; it was taken with its sign turned (positive when pressing)."
+        )
     if count := int(made.out.sum()):
         notes.append(f"{count} reading{'s jump' if count > 1 else ' jumps'} away and back: left out.")
     moduli = [float(np.exp(fit.x[j])) for j in record.moduli]
@@ -246,7 +249,9 @@ def _setup(
     used &= keep[:last]
     notes += more
     if left := int(gone.sum()):
-        notes.append(f"{left} reading{'s' if left > 1 else ''} far off the fitted force {'are' if left > 1 else 'is'} left out.")
+        notes.append(
+            f"{left} reading{'s' if left > 1 else ''} far off the fitted force {'are' if left > 1 else 'is'} left out."
+        )
     notes += about_range(fit, part, last, found.turned, made.judge.noted(fit), settings)
     notes += about_background(fit)
     shown, tilt = part.taken(slice(0, last)), fit.noise.background.tilt

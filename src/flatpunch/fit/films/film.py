@@ -30,8 +30,8 @@ from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.report.table import Estimate
 from flatpunch.fit.report.quantities import label, unit_of
+from flatpunch.fit.report.table import Estimate
 from flatpunch.media import Body, GradedLayer, HalfSpace, Layer, Medium
 
 _FRAME, _UNIT = "frame", 1e-9

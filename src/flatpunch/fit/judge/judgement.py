@@ -178,7 +178,12 @@ class Judge:
         if found is not None and found.place < position[0] - 0.9 * np.ptp(position):
             found = record.scan(noise, record.candidates(record.at(record.zero, far=True)), end)
         for _ in range(3):
-            if found is None or not record.moduli or not record.objective.model.bends or abs(np.log(found.amplitude)) < 0.5:
+            if (
+                found is None
+                or not record.moduli
+                or not record.objective.model.bends
+                or abs(np.log(found.amplitude)) < 0.5
+            ):
                 return found
             x = record.start(found, record.zero)
             table = record.at(x, far=found.place < position[0])
@@ -223,7 +228,12 @@ class Judge:
         for turn in range(30):
             x = record.minimum(objective, x, limits, end, white).x
             force = objective.contact_force(x) / record.range
-            if turn < 3 and not self.whole and departure is None and (more := int(np.argmax(record.worths(noise, force))) + 1) > end:
+            if (
+                turn < 3
+                and not self.whole
+                and departure is None
+                and (more := int(np.argmax(record.worths(noise, force))) + 1) > end
+            ):
                 # the scan's contacts lie apart: the best one in between may describe more
                 end = more
                 continue
@@ -266,9 +276,7 @@ class Judge:
             departure = departure._replace(at=end, off=_off(objective, found.x, end, record.range))
         elif end < n:
             departure = Departure(end, False, _off(objective, found.x, end, record.range))
-        return Fit(
-            record, objective, noise, found.x, end, gone, force, worth, 0.5 * (without - found.cost), departure
-        )
+        return Fit(record, objective, noise, found.x, end, gone, force, worth, 0.5 * (without - found.cost), departure)
 
     def _without(self, record: Record, objective: Objective, white: Array, end: int, x: Array) -> float:
         """Sum of squares of the background alone."""

@@ -122,7 +122,16 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
     chosen = [i for i, way in enumerate(ways) if abs(way) >= _LEG * longest and legs[i][1] - legs[i][0] >= FEWEST - 1]
     if back and len(chosen) == 1 and direction == "auto":
         # the only way is the retract, and nothing comes before it
-        yield _found(curve, relative, -float(np.sign(ways[chosen[0]])), ends, [], chosen[0], "a single way, taken for a retract", notes)
+        yield _found(
+            curve,
+            relative,
+            -float(np.sign(ways[chosen[0]])),
+            ends,
+            [],
+            chosen[0],
+            "a single way, taken for a retract",
+            notes,
+        )
         return
     if direction != "auto":
         sign = 1.0 if direction == "growing" else -1.0
@@ -139,13 +148,28 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
         )
     several = sum(np.sign(ways[i]) == np.sign(ways[chosen[0]]) for i in chosen)
     for i in chosen:
-        why = f"direction = '{direction}' is given" if direction != "auto" else "the first way of at least half of the longest"
-        more = (f"The record has {several} loading cycles; cycle {1 + sum(j < i and ways[j] * ways[i] > 0 for j in chosen)} is fitted.",)
-        yield _found(curve, relative, float(np.sign(ways[i])), ends, legs, i, why, (*notes, *(more if several > 1 else ())))
+        why = (
+            f"direction = '{direction}' is given"
+            if direction != "auto"
+            else "the first way of at least half of the longest"
+        )
+        more = (
+            f"The record has {several} loading cycles; cycle {1 + sum(j < i and ways[j] * ways[i] > 0 for j in chosen)} is fitted.",
+        )
+        yield _found(
+            curve, relative, float(np.sign(ways[i])), ends, legs, i, why, (*notes, *(more if several > 1 else ()))
+        )
 
 
 def _found(
-    curve: Curve, relative: float, sign: float, ends: list[int], legs: list[tuple[int, int]], leg: int, why: str, notes: tuple[str, ...]
+    curve: Curve,
+    relative: float,
+    sign: float,
+    ends: list[int],
+    legs: list[tuple[int, int]],
+    leg: int,
+    why: str,
+    notes: tuple[str, ...],
 ) -> Approach:
     """The record oriented for one leg as its approach."""
     n = curve.depth.size

@@ -23,6 +23,7 @@ from flatpunch._support.checks import TINY, Array, Flags, Indices
 from flatpunch.fit.judge.background import Background, likeliest
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.least_squares.objective import Objective
+from flatpunch.fit.measured.signal import spread_of
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
 NODES = 300
@@ -135,7 +136,9 @@ class Record:
     def variance(self) -> Array:
         """Variance of the white noise of the means, over the range squared."""
         return np.asarray(
-            (self.noise**2 / self.counts + self.step**2 / 12) / self.range**2 + (SHARE * self.y * self.give) ** 2 + _EXACT**2
+            (self.noise**2 / self.counts + self.step**2 / 12) / self.range**2
+            + (SHARE * self.y * self.give) ** 2
+            + _EXACT**2
         )
 
     @cached_property
@@ -237,7 +240,8 @@ class Record:
         if high > low:
             way = float(np.ptp(position))
             places = np.append(
-                position[np.linspace(1, n - 5, _CONTACTS).astype(int)], position[-1] - way * np.geomspace(3e-3, 1, _BEFORE)
+                position[np.linspace(1, n - 5, _CONTACTS).astype(int)],
+                position[-1] - way * np.geomspace(3e-3, 1, _BEFORE),
             )
             places = np.append(places, position[0] - way * np.array([0.03, 0.1, 0.3, 1.0, 1.7, 3.0, 5.0, 7.0, 10.0]))
             places = places[places > position[-1] - table.depth[-1]]
@@ -254,7 +258,11 @@ class Record:
             elif beyond[0] > 0:
                 # in contact from the first reading: the rise between both ends, of a tip that goes less far than the base
                 rise = abs(float(self.objective.force[-1] - self.objective.force[0]))
-                amounts = rise / max(float(np.diff(table.force(beyond[[0, -1]]))[0]), TINY) * np.geomspace(0.7, 30, _AMPLITUDES)
+                amounts = (
+                    rise
+                    / max(float(np.diff(table.force(beyond[[0, -1]]))[0]), TINY)
+                    * np.geomspace(0.7, 30, _AMPLITUDES)
+                )
             else:
                 i = min(int(np.searchsorted(position, place)), n - 3)
                 rise = np.abs(self.objective.force - self.objective.force[max(i - 12, 0) : i + 1].mean())
@@ -298,7 +306,12 @@ class Record:
             return None
         amplitude = abs(factor[e, j]) * (1.0 if self.objective.spring is None else amplitudes[j])
         return Found(
-            float(worth[e, j]), float(amplitude), float(contacts[j]), float(np.sign(factor[e, j])), int(e) + 1, float(gain[e, j])
+            float(worth[e, j]),
+            float(amplitude),
+            float(contacts[j]),
+            float(np.sign(factor[e, j])),
+            int(e) + 1,
+            float(gain[e, j]),
         )
 
     def worths(self, noise: Noise, force: Array) -> Array:
@@ -357,7 +370,9 @@ def thinned(position: Array, force: Array) -> Indices:
     rise = np.maximum.accumulate(np.abs(calm - np.median(calm[: max(n // 5, 3)])))
     way = np.maximum.accumulate(median_filter(position, 5, mode="mirror"))
     # readings of a hold go nowhere: a tenth of the means
-    along = 0.1 * np.arange(n) / n + (way - way[0]) / max(float(way[-1] - way[0]), TINY) + rise / max(float(rise[-1]), TINY)
+    along = (
+        0.1 * np.arange(n) / n + (way - way[0]) / max(float(way[-1] - way[0]), TINY) + rise / max(float(rise[-1]), TINY)
+    )
     index = np.minimum((along / along[-1] * NODES).astype(int), NODES - 1)
     index[-1] = NODES
     return np.append(np.flatnonzero(np.diff(index, prepend=-1)), n)
@@ -386,7 +401,7 @@ def strays(force: Array, noise: float) -> Flags:
     off = force - calm
     # noise may differ along the record
     blocks = np.array_split(np.abs(off), min(16, max(n // 50, 1)))
-    spread = np.repeat([np.median(b) / 0.6745 for b in blocks], [b.size for b in blocks])
+    spread = np.repeat([spread_of(b) for b in blocks], [b.size for b in blocks])
     bend = np.abs(np.gradient(calm)) * half / 3
     out |= np.abs(off) > far * np.maximum(noise, spread) + bend + SHARE * float(np.ptp(calm))
     return out if out.sum() <= 0.1 * n else np.zeros(n, dtype=bool)
@@ -397,8 +412,8 @@ def white_noise(force: Array, step: float, edges: Indices | None = None) -> floa
 
     `edges` are those of means: the noise of the usual of them, so that the many readings of a hold do not decide.
     """
-    fourth = np.abs(np.diff(force, 4))
+    fourth = np.diff(force, 4)
     cuts = [] if edges is None else edges[:: max(edges.size // 16, 1)][1:-1]
-    medians = [np.median(block) for block in np.split(fourth, np.minimum(cuts, fourth.size).astype(int)) if block.size > 8]
-    spread = float(np.median(medians)) / 0.6745 / np.sqrt(70) if medians else 0.0
+    blocks = [b for b in np.split(fourth, np.minimum(cuts, fourth.size).astype(int)) if b.size > 8]
+    spread = float(np.median([spread_of(b) for b in blocks])) / np.sqrt(70) if blocks else 0.0
     return max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force)))

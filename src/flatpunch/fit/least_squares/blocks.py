@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import TINY, Array, Indices
+from flatpunch._support.checks import TINY
 from flatpunch.fit.least_squares.objective import Objective
 
 CONTACT, FREE = 200, 50

@@ -163,7 +163,12 @@ class Objective(Unknowns):
     def first(self, end: int, white: Array) -> Objective:
         """Return the problem of the first readings, whitened by the same rows of a factor."""
         speed = None if self.speed is None else self.speed[:end]
-        kept = {"depth": self.depth[:end], "force": self.force[:end], "speed": speed, "white": white[:end] if white.ndim == 1 else white[:end, :end]}
+        kept = {
+            "depth": self.depth[:end],
+            "force": self.force[:end],
+            "speed": speed,
+            "white": white[:end] if white.ndim == 1 else white[:end, :end],
+        }
         return replace(self, **kept, counts=None, weight=None, _before={})
 
     def touch(self, x: Array) -> int:

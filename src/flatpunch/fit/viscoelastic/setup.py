@@ -124,7 +124,13 @@ def _without_adhesion(made: Approached, settings: Settings) -> tuple[Curve, tupl
 
 
 def _binned(
-    part: Curve, position: Array, model: HistoryModel, settings: Settings, count: int, turned: float, speed: Array | None = None
+    part: Curve,
+    position: Array,
+    model: HistoryModel,
+    settings: Settings,
+    count: int,
+    turned: float,
+    speed: Array | None = None,
 ) -> HistoryObjective:
     """Means over stretches that are short where much happens: in time, in depth, and after the turning point."""
     assert part.time is not None
