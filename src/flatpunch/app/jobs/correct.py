@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import pickle
 from collections.abc import Mapping
 
@@ -16,7 +15,6 @@ from flatpunch.files.cases import parsed
 from flatpunch.fit.case import FitCase, fit_case_from
 from flatpunch.fit.half_space.correction import Correction, correct
 from flatpunch.fit.models import forget_models
-from flatpunch.fit.report.quantities import quantity
 
 COLUMNS = ("formula", "modulus of the layer", "deviation from exact; remark")
 
@@ -37,9 +35,7 @@ def correct_modulus(fields: Mapping[str, str], run: bool) -> Plain:
 
 def shown(found: Correction) -> Plain:
     """Return what the page shows of a correction."""
-    rows = [
-        [row.name, quantity(row.value, "Pa") if math.isfinite(row.value) else "–", row.note] for row in found.rows()
-    ]
+    rows = [[row.name, row.value, row.note] for row in found.table().rows]
     return {
         "young": found.young,
         "reported": found.reported,

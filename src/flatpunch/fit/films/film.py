@@ -20,7 +20,6 @@ from scipy.special import ndtri
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
-from flatpunch._support.rows import Row, csv_of_rows, table_of_rows
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, analysed, oliver_pharr
 from flatpunch.fit.films.unloading import least_squares_fit
 from flatpunch.fit.half_space import published
@@ -30,8 +29,8 @@ from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.parameters.settings import Settings
-from flatpunch.fit.report.quantities import label, unit_of
-from flatpunch.fit.report.table import Estimate
+from flatpunch.fit.report.quantities import unit_of
+from flatpunch.fit.report.table import Estimate, Row, Rows, rows_of
 from flatpunch.media import Body, GradedLayer, HalfSpace, Layer, Medium
 
 _FRAME, _UNIT = "frame", 1e-9
@@ -103,30 +102,23 @@ class FilmResult:
 
     def _line_(self) -> str:
         """The fitted values."""
-        found = ", ".join(f"{name}={text(e.value, _unit(name))}" for name, e in self.estimates.items())
+        found = ", ".join(f"{name}={text(e.value, unit_of(name))}" for name, e in self.estimates.items())
         return f"FilmResult({found}, {self.points.depth.size} points, misfit {self.misfit:.2%})"
 
-    def rows(self) -> list[Row]:
-        """The fitted values with their intervals, and what published formulas give from the same points."""
-        fitted = [
-            Row("frame compliance" if name == _FRAME else label(name), e.value, e.low, e.high, _unit(name))
-            for name, e in self.estimates.items()
-        ]
-        return fitted + [Row(n, young, unit="Pa", note=f"misfit {m:.2%}") for n, (young, m) in self.others.items()]
+    def table(self) -> Rows:
+        """The fitted values with their intervals, and what published formulas give from the same points; rule and notes below."""
+        others = [Row(n, Estimate(young, np.nan), "Pa", f"misfit {m:.2%}") for n, (young, m) in self.others.items()]
+        title = f"{self.name}: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
+        notes = (*([str(self.rule)] if self.rule else []), *self.notes)
+        return Rows(title, (*rows_of(self.estimates), *others), notes=notes)
 
     def to_csv(self) -> str:
         """Return the rows as CSV."""
-        return csv_of_rows(self.rows())
+        return self.table().csv()
 
     def _table_(self) -> Table:
-        """The rows; the one-tenth rule and the notes below them."""
-        title = f"{self.name}: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
-        return table_of_rows(title, self.rows(), notes=(*([str(self.rule)] if self.rule else []), *self.notes))
-
-
-def _unit(name: str) -> str:
-    """SI unit of a fitted value."""
-    return "m/N" if name == _FRAME else unit_of(name)
+        """The rows."""
+        return self.table().cells()
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,6 @@ from flatpunch._support.checks import ROUNDING, Array, poisson_ratio, positive
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
-from flatpunch._support.rows import Row, csv_of_rows, table_of_rows
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
@@ -38,6 +37,7 @@ from flatpunch.fit.half_space.formulas import (
 )
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.fit.report.table import Estimate, Row, Rows
 from flatpunch.indenters import AreaFunction
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, HalfSpace, Medium
@@ -112,12 +112,15 @@ class Correction:
     depth: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
     apparent: Array = field(default_factory=lambda: np.zeros(0), repr=False, compare=False)
 
-    def rows(self) -> list[Row]:
+    def table(self) -> Rows:
         """Young's modulus of the layer [Pa] by the exact contact first, then by the published corrections, with remarks."""
-        return [
-            Row("exact", self.young, unit="Pa"),
-            *(Row(name, value, unit="Pa", note=self._remark(name, value)) for name, value in self.others.items()),
-        ]
+        title = (
+            f"Reported {text(self.reported, 'Pa')} -> layer {text(self.young, 'Pa')} (reported is {self.factor:.3f} of it; 1 % "
+            f"in the report is {self.sensitivity:.1f} % in the layer)"
+        )
+        moduli = {"exact": self.young, **self.others}
+        rows = (Row(n, Estimate(v, np.nan), "Pa", self._remark(n, v) if n in self.others else "") for n, v in moduli.items())
+        return Rows(title, tuple(rows), notes=self.notes)
 
     def _remark(self, name: str, value: float) -> str:
         """Deviation from the exact contact, and what the formula was made for."""
@@ -126,15 +129,11 @@ class Correction:
 
     def to_csv(self) -> str:
         """Return the moduli as CSV, a line for the exact contact and for each published correction."""
-        return csv_of_rows(self.rows())
+        return self.table().csv()
 
     def _table_(self) -> Table:
         """The moduli."""
-        title = (
-            f"Reported {text(self.reported, 'Pa')} -> layer {text(self.young, 'Pa')} (reported is {self.factor:.3f} of it; 1 % "
-            f"in the report is {self.sensitivity:.1f} % in the layer)"
-        )
-        return table_of_rows(title, self.rows(), notes=self.notes)
+        return self.table().cells()
 
     def dataset(self) -> xr.Dataset:
         """Return the result as a dataset: moduli by `formula`, the exact contact first, and the apparent modulus by `depth`."""

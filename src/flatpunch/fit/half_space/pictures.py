@@ -21,7 +21,7 @@ def correction_figure(found: Correction, *, title: str = "", style: StyleName | 
     """Moduli of the layer by the exact contact and by formulas; the half-space modulus over depth."""
     with styled(style) as chosen:
         drawn, (bars, curve) = panels(chosen, 2, title=title)
-        young = {row.name: row.value for row in found.rows() if np.isfinite(row.value)}
+        young = {row.name: v for row in found.table().rows if np.isfinite(v := row.estimate.value)}
         factor, unit = scale_of([*young.values(), found.reported], "Pa")
         bars.barh(list(young), [each * factor for each in young.values()], color=[BLUE, *[GREY] * (len(young) - 1)])
         bars.invert_yaxis()

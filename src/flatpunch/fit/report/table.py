@@ -182,6 +182,12 @@ class Rows:
         rows = tuple(tuple(row[i] for i in used) for row in cells)
         return Table(self.title, tuple(header[i] for i in used), rows, self.notes)
 
+    def csv(self) -> str:
+        """The table as CSV in SI units, to the last digit."""
+        names = ("name", "value", "low", "high", "unit", "note")
+        rows = ((r.name, r.estimate.value, r.estimate.low, r.estimate.high, r.unit, r.note) for r in self.rows)
+        return csv_of([dict(zip(names, row, strict=True)) for row in rows], dict.fromkeys(names, ""))
+
     def record(self) -> Plain:
         """The numbers in one line of a table of many results."""
         line: Plain = {}
