@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import TINY, Array, Flags, Indices
+from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.judge.background import Background, likeliest
 from flatpunch.fit.judge.orientation import Approach, approach_of
@@ -35,8 +35,8 @@ _FREE = 0.2
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
-_RATIOS, _CONTACTS, _SCANNED = 9, 24, 150
-"""Works of adhesion or moduli, contact points, and points of the curve of a scan; more cost time only."""
+_RATIOS, _CONTACTS, _SCANNED, _MEANS = 9, 24, 150, 300
+"""Works of adhesion or moduli, contact points, and points of the curve of a scan, and means of a descent; more cost time only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +63,11 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
     """The retract, or the whole cycle, against a model with adhesion."""
     found, notes = _oriented(approach_of(curve, settings.direction, back=True), settings)
     curve, segments = found.cycle, _segments(found, settings)
+    learnt = Background()
     if settings.baseline == "auto":
         far = np.sort(np.concatenate([s.free for s in segments]))
         far = far[np.argsort(curve.position[far], kind="stable")]
-        learnt = _learnt(curve, far, tilt=True)
+        learnt = _learnt(curve, far)
         settings = replace(settings, baseline="linear" if learnt.tilt else "constant")
         segments = _segments(found, settings) if learnt.tilt else segments
     chosen = np.sort(np.concatenate([s.points for s in segments]))
@@ -88,16 +89,16 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
                 raise CurveError(
                     f"{curve.name}: fewer than {FEWEST} points in contact are left by {name} = {limit:.4g}."
                 )
-    start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments), found.turned)
+    start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments), found.turned, learnt)
     return start.setup(used, notes)
 
 
-def _learnt(curve: Curve, far: Indices, *, tilt: bool) -> Background:
+def _learnt(curve: Curve, far: Indices) -> Background:
     """The background that readings without contact show, in order of their positions."""
     position, force, span = curve.position[far], curve.force[far], float(np.ptp(curve.force))
     x = (position - position[0]) / max(float(np.ptp(curve.position)), TINY)
     noise = white_noise(force, converter_step(curve.force)) / span
-    return likeliest(x, (force - np.median(force)) / span, np.full(x.size, noise**2 + TINY), tilt=tilt)
+    return likeliest(x, (force - np.median(force)) / span, np.full(x.size, noise**2 + TINY))
 
 
 def _oriented(found: Approach, settings: Settings) -> tuple[Approach, tuple[str, ...]]:
@@ -194,6 +195,7 @@ class _Start:
     settings: Settings
     dip: float
     turned: float
+    background: Background
 
     def setup(self, used: Flags, notes: tuple[str, ...], start: Array | None = None) -> Setup:
         """The problem with some points; behind its cantilever once there is a start."""
@@ -223,10 +225,14 @@ class _Start:
         asked = self.settings.contact_limits(self.turned)
         ends = (low - slack if asked[0] is None else asked[0], high + slack if asked[1] is None else asked[1])
         lower, upper = with_nuisance(objective, self.limits, ends)
+        fitted = objective
+        if self.background.size:
+            free = np.delete(objective.force, objective.loaded)
+            fitted = _white(_means(objective), self.background, white_noise(free, 0.0) / objective.frame.span)
         return Setup(
             self.part,
             used,
-            objective,
+            fitted,
             lower,
             upper,
             lambda: _scanned(objective, lower, upper, (low, high)) if start is None else start,
@@ -324,7 +330,7 @@ def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[fl
     # the best few, of different ratios where there are some: the valley has more than one end
     # best places of the scan from which the search descends
     starts = [np.clip(x, lower, upper) for _, x in found[:: max(len(found) // 40, 1)][:3]]
-    coarse = _thinned(objective)
+    coarse = _means(objective)
     ends = [minimise(coarse.evaluate, x, lower, upper, settled=0.05) for x in starts]
     best = min(ends, key=lambda end: end.cost)
     assert best.x.size == count + len(objective.nuisance)
@@ -362,21 +368,20 @@ def _matched(
     return theta
 
 
-def _thinned(objective: Objective) -> Objective:
-    """Every few points only."""
+def _means(objective: Objective) -> Objective:
+    """The problem on means over as many readings in contact each, and without contact."""
     assert objective.loaded is not None
-    step = max(objective.loaded.size // 300, 1)
-    if step == 1:
-        return objective
-    keep = np.zeros(objective.depth.size, dtype=bool)
-    keep[::step] = True
-    inside = np.zeros_like(keep)
-    inside[objective.loaded] = True
-    return replace(
-        objective,
-        depth=objective.depth[keep],
-        force=objective.force[keep],
-        speed=None if objective.speed is None else objective.speed[keep],
-        loaded=np.flatnonzero(inside[keep]),
-        _before={},
-    )
+    n, index = objective.depth.size, np.zeros(objective.depth.size, dtype=np.intp)
+    free = np.delete(np.arange(n), objective.loaded)
+    for places, count, first in ((objective.loaded, _MEANS, 0), (free, _MEANS // 4, _MEANS)):
+        index[places] = first + np.arange(places.size) * min(count, places.size) // max(places.size, 1)
+    return objective.averaged(index)
+
+
+def _white(means: Objective, background: Background, noise: float) -> Objective:
+    """The same over a background that is a process, with residuals as large as the noise of a reading over the force range."""
+    assert means.counts is not None
+    x = (means.position - means.frame.first) / means.frame.way
+    covariance = background.covariance(x) + np.diag(noise**2 / means.counts + ROUNDING)
+    factor = np.linalg.inv(np.linalg.cholesky(covariance))
+    return replace(means, white=factor * noise)

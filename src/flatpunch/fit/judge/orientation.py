@@ -120,18 +120,9 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
     ways = np.diff(smooth[ends])
     longest, legs = float(np.abs(ways).max()), list(pairwise(ends))
     chosen = [i for i, way in enumerate(ways) if abs(way) >= _LEG * longest and legs[i][1] - legs[i][0] >= FEWEST - 1]
-    if back and len(chosen) == 1 and direction == "auto":
+    if back and len(chosen) == 1 and direction == "auto" and ways[chosen[0]] < 0:
         # the only way is the retract, and nothing comes before it
-        yield _found(
-            curve,
-            relative,
-            -float(np.sign(ways[chosen[0]])),
-            ends,
-            [],
-            chosen[0],
-            "a single way, taken for a retract",
-            notes,
-        )
+        yield _found(curve, relative, 1.0, ends, [], chosen[0], "a single way, taken for a retract", notes)
         return
     if direction != "auto":
         sign = 1.0 if direction == "growing" else -1.0

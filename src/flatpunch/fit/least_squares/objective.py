@@ -185,15 +185,16 @@ class Objective(Unknowns):
         return np.asarray(bare.residuals(x) * self.frame.span + self.force - background)
 
     def averaged(self, index: Indices) -> Objective:
-        """Return the problem on means over the points with the same index."""
+        """Return the problem on means over the points with the same index, all of which are in contact or none."""
         size = np.bincount(index).astype(float)
         filled = size > 0
+        loaded = None if self.loaded is None else np.unique((np.cumsum(filled) - 1)[index[self.loaded]])
         columns = {
             name: (np.bincount(index, c) / np.maximum(size, 1))[filled]
             for name in ("depth", "force", "speed")
             if (c := getattr(self, name)) is not None
         }
-        return replace(self, **columns, counts=size[filled], weight=None, _before={})
+        return replace(self, **columns, loaded=loaded, counts=size[filled], weight=None, _before={})
 
 
 def _touching(depth: Array) -> slice | Indices:
