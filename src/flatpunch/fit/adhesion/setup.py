@@ -227,6 +227,7 @@ class _Start:
         lower, upper = with_nuisance(objective, self.limits, ends)
         fitted = objective
         if self.background.size:
+            assert objective.loaded is not None
             free = np.delete(objective.force, objective.loaded)
             fitted = _white(_means(objective), self.background, white_noise(free, 0.0) / objective.frame.span)
         return Setup(

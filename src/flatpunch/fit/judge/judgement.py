@@ -8,6 +8,7 @@ held load, yield. A contact that leaves much of the rise unexplained is none whi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -121,7 +122,7 @@ class Judge:
     """
 
     records: tuple[Record, Record]
-    limits: object
+    limits: Callable[[Objective], tuple[Array, Array]]
     given: Background | None = None
     whole: bool = False
     _seen: dict[tuple[Background, float, int | None], Found | None] = field(default_factory=dict)

@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from scipy.ndimage import median_filter
 
-from flatpunch._support.checks import TINY, Array
+from flatpunch._support.checks import TINY, Array, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.signal import EXACT, wander
@@ -211,7 +211,7 @@ def _legs(curve: Curve, position: Array) -> tuple[list[int], Array]:
     return sorted({0, *(_around(usual, at, i) for i in _turns(smooth[at], least)), position.size - 1}), smooth
 
 
-def _around(position: Array, at: Array, turn: tuple[int, int]) -> int:
+def _around(position: Array, at: Indices, turn: tuple[int, int]) -> int:
     """The extreme reading near a turning point of thinned positions."""
     i, way = turn
     low, high = int(at[max(i - 2, 0)]), int(at[min(i + 2, at.size - 1)]) + 1

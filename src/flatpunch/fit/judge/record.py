@@ -130,7 +130,7 @@ class Record:
             return np.ones(self.size)
         way = self.x * float(np.ptp(self.objective.position))
         steep = np.abs(np.gradient(median_filter(self.objective.force, 7, mode="nearest"), way))
-        return np.clip(1 - median_filter(steep, 7, mode="nearest") / k, 0.05, 1)
+        return np.asarray(np.clip(1 - median_filter(steep, 7, mode="nearest") / k, 0.05, 1))
 
     @cached_property
     def variance(self) -> Array:
@@ -246,8 +246,8 @@ class Record:
             places = np.append(places, position[0] - way * np.array([0.03, 0.1, 0.3, 1.0, 1.7, 3.0, 5.0, 7.0, 10.0]))
             places = places[places > position[-1] - table.depth[-1]]
             inside = places[(places >= low) & (places <= min(high, position[-5]))]
-            ends = np.clip([low, high], position[0] - way, position[-1])
-            places = np.unique(inside if inside.size >= 12 else np.append(inside, np.linspace(*ends, 24)))
+            first, last = (float(np.clip(end, position[0] - way, position[-1])) for end in (low, high))
+            places = np.unique(inside if inside.size >= 12 else np.append(inside, np.linspace(first, last, 24)))
         else:
             places = np.array([low])
         contacts, amplitudes, forces = [], [], []
@@ -413,7 +413,7 @@ def white_noise(force: Array, step: float, edges: Indices | None = None) -> floa
     `edges` are those of means: the noise of the usual of them, so that the many readings of a hold do not decide.
     """
     fourth = np.diff(force, 4)
-    cuts = [] if edges is None else edges[:: max(edges.size // 16, 1)][1:-1]
-    blocks = [b for b in np.split(fourth, np.minimum(cuts, fourth.size).astype(int)) if b.size > 8]
-    spread = float(np.median([spread_of(b) for b in blocks])) / np.sqrt(70) if blocks else 0.0
+    cuts = np.zeros(0, dtype=int) if edges is None else np.minimum(edges[:: max(edges.size // 16, 1)][1:-1], fourth.size)
+    blocks = [b for b in np.split(fourth, cuts) if b.size > 8]
+    spread = float(np.median([spread_of(b) for b in blocks])) / float(np.sqrt(70)) if blocks else 0.0
     return max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force)))

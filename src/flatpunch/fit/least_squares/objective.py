@@ -162,14 +162,16 @@ class Objective(Unknowns):
 
     def first(self, end: int, white: Array) -> Objective:
         """Return the problem of the first readings, whitened by the same rows of a factor."""
-        speed = None if self.speed is None else self.speed[:end]
-        kept = {
-            "depth": self.depth[:end],
-            "force": self.force[:end],
-            "speed": speed,
-            "white": white[:end] if white.ndim == 1 else white[:end, :end],
-        }
-        return replace(self, **kept, counts=None, weight=None, _before={})
+        return replace(
+            self,
+            depth=self.depth[:end],
+            force=self.force[:end],
+            speed=None if self.speed is None else self.speed[:end],
+            white=white[:end] if white.ndim == 1 else white[:end, :end],
+            counts=None,
+            weight=None,
+            _before={},
+        )
 
     def touch(self, x: Array) -> int:
         """The first reading in contact, of ascending positions."""
