@@ -416,4 +416,4 @@ def white_noise(force: Array, step: float, edges: Indices | None = None) -> floa
     cuts = np.zeros(0, dtype=int) if edges is None else np.minimum(edges[:: max(edges.size // 16, 1)][1:-1], fourth.size)
     blocks = [b for b in np.split(fourth, cuts) if b.size > 8]
     spread = float(np.median([spread_of(b) for b in blocks])) / float(np.sqrt(70)) if blocks else 0.0
-    return max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force)))
+    return float(max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force))))
