@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from flatpunch._support.paths import Plain
-from flatpunch.cli.terminal import Output, command, say, write_all
+from flatpunch.cli.terminal import Output, command, say
 
 plugin_app = typer.Typer(no_args_is_help=True, help="Use the media of this package in other programs: files for them.")
 
@@ -56,5 +56,4 @@ def write(
         if spacing is None or not cells:
             raise ValueError("--spacing and --cells describe one grid: give both or neither.")
         options |= {"spacing": named_si("--spacing", spacing, LENGTH), "cells": cells}
-    loaded = read_fit_case(case) if case else None
-    write_all((output, lambda path: write_plugin(host, path, loaded, **options)))
+    say(f"Written: {write_plugin(host, output, read_fit_case(case) if case else None, **options)}")

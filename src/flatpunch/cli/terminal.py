@@ -278,7 +278,7 @@ class _Lasting(io.TextIOWrapper):
     error: OSError | None = None
 
     def write(self, text: str) -> int:
-        return self._tried(functools.partial(super().write, text), len(text))
+        return int(self._tried(functools.partial(super().write, text), len(text)))
 
     def flush(self) -> None:
         self._tried(super().flush, None)
