@@ -177,7 +177,7 @@ def test_no_output_replaces_an_input(command, call, output, place, monkeypatch):
                 assert option in words(done)
                 other = "with a single curve", "a joint fit is kept as .csv"
                 if not any(text in words(done) for text in other):
-                    assert "is an input of the command and would be replaced. Name another file." in words(done)
+                    assert "an input of the command, which would be replaced. Name another file." in words(done)
         assert {each: Path(each).read_bytes() for each in inputs} == before
 
 
@@ -190,7 +190,7 @@ def test_case_files_of_any_ending_are_inputs(command, place):
                 more = ["--vary", "layers.0.young=1kPa,2kPa"] if command == "sweep" else []
                 done = run(command, case, *more, option, case)
                 assert done.exit_code == 2
-                assert "is an input" in words(done)
+                assert "an input of the command" in words(done)
         assert case.rename("solve.toml").read_text() == FILES["solve.toml"]
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
 
@@ -34,35 +34,31 @@ def command_files() -> Iterator[None]:
 
 def note_input(path: Path) -> None:
     """Note a file that is read; `Conflict` if it is announced as an output."""
-    if (files := _files.get()) is not None and (key := _key(path)) is not None:
-        files[0].add(key)
-        _check(key)
+    _noted(path, None)
 
 
 def note_output(name: str, path: Path) -> None:
     """Note a file that will be written, "--output gel.nc"; `Conflict` if it is an input, or another output."""
-    if (files := _files.get()) is not None and (key := _key(path)) is not None:
-        if key in files[1]:
-            raise Conflict(f"{name}: the same file as {files[1][key]}. Give each output a name of its own.")
-        files[1][key] = name
-        _check(key)
+    _noted(path, name)
 
 
-def _check(key: _Key) -> None:
-    inputs, outputs = _files.get() or (set(), {})
+def _noted(path: Path, output: str | None) -> None:
+    if (files := _files.get()) is None or (key := _key(path)) is None:
+        return
+    inputs, outputs = files
+    if output is None:
+        inputs.add(key)
+    elif outputs.setdefault(key, output) is not output:
+        raise Conflict(f"{output}: the same file as {outputs[key]}. Give each output a name of its own.")
     if key in inputs and key in outputs:
-        raise Conflict(
-            f"{outputs[key]}: this file is an input of the command and would be replaced. Name another file."
-        )
+        raise Conflict(f"{outputs[key]}: an input of the command, which would be replaced. Name another file.")
 
 
 def _key(path: Path) -> _Key | None:
     """What identifies a file, or the place of one to be; None for names that no file can have."""
-    try:
+    with suppress(OSError, ValueError):
         found = path.stat()
-    except (OSError, ValueError):
-        try:
-            return os.path.normcase(os.path.realpath(path))
-        except (OSError, ValueError):
-            return None
-    return found.st_dev, found.st_ino
+        return found.st_dev, found.st_ino
+    with suppress(OSError, ValueError):
+        return os.path.normcase(os.path.realpath(path))
+    return None

@@ -16,10 +16,7 @@ from flatpunch._support.checks import shown
 from flatpunch._support.command_files import note_input
 
 UNPACKED = 250_000_000
-"""Largest size of all files of an archive together, and of each file of a force map, unpacked [bytes].
-
-Text takes 15 times as much memory.
-."""
+"""Largest size of all files of an archive together, and of one file of a force map [bytes]; text takes 15 times as much memory."""
 
 MAP = 2_000_000_000
 """Largest size of all files of a force map of JPK together [bytes]; its curves are read one by one."""
@@ -104,12 +101,10 @@ def check_archive(path: Path) -> None:
         raise Unreadable("damaged: its list of files cannot be read") from None
     if len(entries) > FILES:
         raise Unreadable(f"an archive of {len(entries)} files; at most {FILES} are read")
-    for entry in entries:
-        if entry.file_size > UNPACKED:
-            size = f"{entry.file_size / 1e6:.4g} MB; at most {UNPACKED / 1e6:g} MB are read"
-            raise Unreadable(f"an archive whose file {shown_path(entry.filename)} unpacks to {size}")
-    most = MAP if path.suffix.lower().startswith(".jpk") else UNPACKED
-    if (total := sum(entry.file_size for entry in entries)) > most:
+    largest = max(entries, key=lambda entry: entry.file_size, default=None)
+    total, most = sum(entry.file_size for entry in entries), MAP if path.suffix.lower().startswith(".jpk") else UNPACKED
+    if largest is not None and (total > most or largest.file_size > UNPACKED):
         raise Unreadable(
-            f"an archive that unpacks to {total / 1e6:.4g} MB; at most {most / 1e6:g} MB are read at once. Unpack it"
+            f"an archive that unpacks to {total / 1e6:.4g} MB, {shown_path(largest.filename)} alone to "
+            f"{largest.file_size / 1e6:.4g} MB; at most {most / 1e6:g} MB are read, and {UNPACKED / 1e6:g} MB of one file"
         )

@@ -18,6 +18,7 @@ from flatpunch.cli.terminal import (
     CaseFile,
     Output,
     PlotOption,
+    ResultOption,
     StyleOption,
     app,
     command,
@@ -55,11 +56,7 @@ def flatpunch(
 @command("solve")
 def solve(
     case: CaseFile,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv."),
-        Output((".nc", ".csv")),
-    ] = None,
+    output: ResultOption = None,
     csv: Annotated[Path | None, typer.Option(help="Curve as CSV, besides the output."), Output((".csv",))] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",

@@ -11,8 +11,8 @@ import typer
 from flatpunch._support.paths import Plain
 from flatpunch.cli.terminal import (
     CaseFile,
-    Output,
     PlotOption,
+    ResultOption,
     StyleOption,
     command,
     drawn,
@@ -23,11 +23,6 @@ from flatpunch.cli.terminal import (
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-OutputOption = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Result file: .csv or .nc (NetCDF)."), Output((".csv", ".nc"))
-]
 
 
 @command("correct")
@@ -41,7 +36,7 @@ def correct(
         Literal["curve", "depth"] | None,
         typer.Option(help="'curve' (default) if the curve was fitted, 'depth' if the force at the depth."),
     ] = None,
-    output: OutputOption = None,
+    output: ResultOption = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -61,7 +56,7 @@ def correct(
 @command("compare")
 def compare(
     case: CaseFile,
-    output: OutputOption = None,
+    output: ResultOption = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from flatpunch.cli.terminal import (
     CaseFile,
-    Output,
     PlotOption,
+    ResultOption,
     StyleOption,
     command,
     progress,
@@ -39,11 +36,7 @@ _ASPERITIES = {"depth": "m", "force": "N", "stiffness": "N/m", "contacts": "", "
 @command("rough")
 def rough(
     case: CaseFile,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv."),
-        Output((".nc", ".csv")),
-    ] = None,
+    output: ResultOption = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:

@@ -9,6 +9,7 @@ import typer
 
 from flatpunch.cli.terminal import (
     CaseFile,
+    NetCDFOption,
     Output,
     PlotOption,
     StyleOption,
@@ -29,9 +30,7 @@ if TYPE_CHECKING:
 @command("stress")
 def stress(
     case: CaseFile,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF)."), Output((".nc",))
-    ] = None,
+    output: NetCDFOption = None,
     csv: Annotated[Path | None, typer.Option(help="Table of the points as CSV."), Output((".csv",))] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",

@@ -13,6 +13,7 @@ from rich.console import Console
 from flatpunch._support.messages import toml
 from flatpunch.cli.terminal import (
     CaseFile,
+    NetCDFOption,
     Output,
     PlotOption,
     StyleOption,
@@ -40,9 +41,7 @@ def sweep(
             show_default="the table [vary] of the case file",
         ),
     ] = None,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF)."), Output((".nc",))
-    ] = None,
+    output: NetCDFOption = None,
     csv: Annotated[
         Path | None,
         typer.Option(help="Table as CSV, a line for each point and step, besides the output."),

@@ -61,6 +61,12 @@ StyleOption = Annotated[
     typer.Option("--style", help="Sizes of the picture: for the screen, or one or two columns of a journal."),
 ]
 PlotOption = Annotated[Path | None, typer.Option("--plot", help="Picture: .png, .pdf or .svg."), Output(PICTURES)]
+ResultOption = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv."), Output((".nc", ".csv"))
+]
+NetCDFOption = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF)."), Output((".nc",))
+]
 REPLACED = (
     "Outputs replace files of the same name without asking, but never a file that the command reads or one that is "
     "write-protected."
@@ -332,8 +338,8 @@ def _usable(stream: TextIO | None) -> TextIO:
     if not isinstance(stream, io.TextIOWrapper):
         # of a program that has put its own in their place
         return stream
-    encoding, buffering = stream.encoding, stream.line_buffering
-    return _Lasting(stream.detach(), encoding, _HANDLER, line_buffering=buffering)
+    encoding, buffering, through = stream.encoding, stream.line_buffering, stream.write_through
+    return _Lasting(stream.detach(), encoding, _HANDLER, line_buffering=buffering, write_through=through)
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:
