@@ -16,7 +16,7 @@ from flatpunch._support.checks import shown
 from flatpunch._support.command_files import note_input
 
 UNPACKED = 250_000_000
-"""Largest size of all files of an archive together, and of one file of a force map [bytes]; text takes 15 times as much memory."""
+"""Largest size of all files of an archive together, and of one file of a map [bytes]; text takes 15 times as much memory."""
 
 MAP = 2_000_000_000
 """Largest size of all files of a force map of JPK together [bytes]; its curves are read one by one."""
