@@ -57,8 +57,10 @@ def _noted(path: Path, output: str | None) -> None:
 def _key(path: Path) -> _Key | None:
     """What identifies a file, or the place of one to be; None for names that no file can have."""
     with suppress(OSError, ValueError):
-        found = path.stat()
-        return found.st_dev, found.st_ino
-    with suppress(OSError, ValueError):
-        return os.path.normcase(os.path.realpath(path))
+        # of the real path, which is what will be written: "none/../curve.csv" is a file, though there is no folder "none"
+        real = os.path.realpath(path)
+        with suppress(FileNotFoundError):
+            found = os.stat(real)
+            return found.st_dev, found.st_ino
+        return os.path.normcase(real)
     return None

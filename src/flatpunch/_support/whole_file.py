@@ -53,7 +53,7 @@ def check_target(option: str, path: Path, endings: tuple[str, ...], *, chosen: b
         raise ValueError(f"{option} {shown_path(path)}: the ending must be {' or '.join(endings)}.")
     if (reason := unwritable(path)) is not None:
         raise ValueError(f"{option} {shown_path(path)}: {reason}")
-    if chosen and path.exists():
+    if chosen and _real(path).exists():
         raise ValueError(f"{shown_path(path)} exists and was not named. Move it away, or name a file with {option}.")
     note_output(f"{option} {shown_path(path)}", path)
 
