@@ -1,5 +1,7 @@
 """The form of the page: case files become forms and forms case files, and problems find their field."""
 
+import contextlib
+import time
 import tomllib
 from pathlib import Path
 
@@ -10,7 +12,7 @@ from hypothesis import strategies as st
 from flatpunch.app.form import FormError, address_of, case_data, case_text, fields_of, form_of
 from flatpunch.app.jobs.press import press
 from flatpunch.app.plain import case_of
-from flatpunch.app.problems import field_of
+from flatpunch.app.problems import explained, field_of
 from flatpunch.app.tables import kinds_of, page_tables
 from flatpunch.app.toml import toml_text
 from flatpunch.files import read_case, shipped_cases
@@ -139,3 +141,22 @@ def test_forms_that_are_too_long_are_refused():
     many = {f"layers.{i}.young": "1 kPa" for i in range(2001)}
     with pytest.raises(FormError, match="layers has 2001 entries"):
         case_text(many)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["[", "(", "*", "((.*)*)*!", "(a+)+$", "0" * 50_000 + ":1:2", "a." * 50_000, " " * 50_000 + ":1:2", "9" * 50_000],
+)
+@pytest.mark.parametrize("field", ["control.quantity", "control.values", "layers.0.young", "indenter.kind", "title"])
+def test_no_text_of_a_visitor_is_a_pattern(field, text):
+    """Every text is answered in a moment, and none is a mistake of the package."""
+    start = time.monotonic()
+    try:
+        case_of({**GEL, field: text})
+    except Exception as error:
+        told = explained(error, {**GEL, field: text})
+        assert "mistake" not in str(told)
+    with contextlib.suppress(ValueError):  # a form that is refused
+        case_text({**GEL, field: text}, "press")
+    # milliseconds; what grew with the square of the length took a minute
+    assert time.monotonic() - start < 5

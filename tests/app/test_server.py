@@ -1,8 +1,11 @@
 """The page on a socket: who is answered, how much is read, where it listens."""
 
+import contextlib
+import dataclasses
 import http.client
 import socket
 import threading
+import time
 
 import pytest
 from typer.testing import CliRunner
@@ -85,6 +88,57 @@ def test_malformed_addresses_are_bad_requests(server):
 def test_requests_from_another_page_are_refused(server):
     headers = {"Origin": "http://evil.example", "Content-Length": "0"}
     assert asked(server, "POST", "/api/case", headers)[0] == 403
+
+
+@pytest.mark.parametrize(
+    ("method", "path"),
+    [("GET", "/file/press.csv"), ("POST", "/file/press.csv"), ("GET", "/api/start"), ("GET", "/api/job?key=a")]
+    + [("POST", f"/api/{name}") for name in ("solve?tab=press", "detail", "curve", "case", "stop?key=a")],
+)
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Origin": "http://evil.example"},
+        {"Origin": "null"},
+        {"Origin": "http://localhost:1"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+        {"Sec-Fetch-Site": "none", "Origin": "https://evil.example"},
+    ],
+    ids=str,
+)
+def test_other_sites_start_and_fetch_nothing(server, method, path, headers):
+    """Images, forms and scripts of other sites; a link to the page itself may be on any."""
+    assert asked(server, method, path, {**headers, "Content-Length": "0"})[0] == 403
+    assert asked(server, "GET", "/", headers)[0] == 200
+    assert asked(server, "GET", "/static/page.js", headers)[0] == 200
+
+
+def test_the_page_itself_is_served(server):
+    own = {"Origin": f"http://127.0.0.1:{server.server_address[1]}", "Content-Length": "0"}
+    assert asked(server, "POST", "/api/case", {**own, "Sec-Fetch-Site": "same-origin"})[0] == 200
+    assert asked(server, "GET", "/api/start", {"Sec-Fetch-Site": "same-origin"})[0] == 200
+    assert asked(server, "GET", "/api/job?key=a", {"Sec-Fetch-Site": "none"})[0] == 404
+
+
+def test_a_request_that_never_ends_is_ended(server, monkeypatch):
+    """However regularly it sends: in the body, and in the headers."""
+    from flatpunch.app import server as module
+
+    monkeypatch.setattr(module, "LIMITS", dataclasses.replace(LIMITS, arrival=0.5))
+    for beginning in (
+        b"POST /api/case HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n",
+        b"GET / HTTP/1.1\r\nX: ",
+    ):
+        with socket.create_connection(("127.0.0.1", server.server_address[1])) as link:
+            link.settimeout(10)
+            link.sendall(beginning)
+            end = time.monotonic() + 5
+            with contextlib.suppress(OSError):
+                while time.monotonic() < end:
+                    link.sendall(b"a")
+                    time.sleep(0.05)
+            assert time.monotonic() < end
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,8 @@
 """Processes of the page and the jobs that wait for them."""
 
+import dataclasses
+import time
+
 import pytest
 
 from flatpunch.app import workers
@@ -56,3 +59,30 @@ def test_closing_ends_jobs_that_wait(pool):
     for job in jobs:
         assert job.wait(10)
         assert job.state in ("stopped", "failed", "done")
+
+
+def test_short_jobs_and_waits_have_a_longest_time(monkeypatch):
+    """A job that is not polled as a result, and a request that waits for a file."""
+    from flatpunch.app import page
+
+    limits = dataclasses.replace(LIMITS, longest=0.05)
+    monkeypatch.setattr(workers, "LIMITS", limits)
+    monkeypatch.setattr(page, "LIMITS", limits)
+
+    class Endless:
+        class pipe:
+            @staticmethod
+            def poll(seconds):
+                time.sleep(0.01)
+                return False
+
+        @staticmethod
+        def give(*call):
+            pass
+
+    assert workers._done(Endless, workers.Job("short", ("press:warm_up", ()), long=False)) == ("stopped", None, False)
+    stopped = []
+    job = workers.Job("long", ("press:warm_up", ()), long=True, stop=lambda: stopped.append(True))
+    page._wait(job)
+    assert (job.state, stopped) == ("failed", [True])
+    assert "was stopped. Solve it on the page first." in job.outcome

@@ -22,7 +22,7 @@ def npz(tmp_path):
 def test_the_unpacked_size_is_bounded(npz, monkeypatch):
     fp.read_height_map(npz)
     monkeypatch.setattr(reading, "UNPACKED", 1000)
-    with pytest.raises(ValueError, match=r"unpacks to .* GB"):
+    with pytest.raises(ValueError, match=r"an archive that unpacks to .* MB, z.npy alone to .* MB"):
         fp.read_height_map(npz)
 
 
@@ -32,8 +32,44 @@ def test_so_are_archives_of_curves(ending, tmp_path, monkeypatch):
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("a.txt", b"0" * 1_000_000)
     monkeypatch.setattr(reading, "UNPACKED", 100_000)
-    with pytest.raises(fp.CurveError, match=r"an archive that unpacks to"):
+    with pytest.raises(
+        fp.CurveError, match=rf"bomb{ending}: an archive that unpacks to 1 MB, a.txt alone to 1 MB; at most"
+    ):
         fp.read_curve(path)
+    # small files that are large together; the curves of force maps are read one by one
+    monkeypatch.setattr(reading, "UNPACKED", 1_500_000)
+    monkeypatch.setattr(reading, "MAP", 1_500_000)
+    with pytest.warns(UserWarning, match="Duplicate"), zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("a.txt", b"0" * 1_000_000)
+    with pytest.raises(
+        fp.CurveError, match=rf"bomb{ending}: an archive that unpacks to 2 MB, a.txt alone to 1 MB; at most 1.5 MB"
+    ):
+        fp.read_curve(path)
+
+
+def test_the_largest_archive_is_one_that_a_laptop_bears(tmp_path):
+    """Text takes fifteen times its size in memory; nothing is unpacked before it is refused."""
+    import resource
+
+    path = tmp_path / "large.zip"
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("curve.csv", "w") as file,
+    ):
+        for _ in range(60):
+            file.write(bytes(10_000_000))
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(
+        fp.CurveError, match=r"large.zip: an archive that unpacks to 600 MB, curve.csv alone to 600 MB; at most 250 MB"
+    ):
+        fp.read_curve(path)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000  # kilobytes
+    text = tmp_path / "large.csv"
+    with text.open("wb") as file:
+        file.truncate(600_000_000)
+    with pytest.raises(fp.CurveError, match=r"large.csv: larger than 500 MB"):
+        fp.read_curve(text)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
 
 
 def test_many_small_files_are_no_archive_either(tmp_path, monkeypatch):

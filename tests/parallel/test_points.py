@@ -138,7 +138,7 @@ def test_folders_that_cannot_be_written_are_refused_before_the_work(tmp_path):
 def test_what_a_dead_process_left_goes_at_once(tmp_path):
     dead = subprocess.Popen([sys.executable, "-c", "pass"])
     dead.wait()
-    ours, other = (f".unfinished-{whole_file._machine()}-{pid}-x" for pid in (os.getpid(), dead.pid))
+    ours, other = (f".unfinished-{whole_file._machine()}-{pid}-abcdefgh" for pid in (os.getpid(), dead.pid))
     for name in (ours, other):
         (tmp_path / name).touch()
     Folder(tmp_path)
@@ -149,11 +149,11 @@ def test_files_are_whole_and_what_was_left_unfinished_goes(tmp_path):
     with pytest.raises(TypeError):
         write_whole(tmp_path / "a", "not bytes")
     assert list(tmp_path.iterdir()) == []
-    for name, age in ((".unfinished-old", 7200), (".unfinished-young", 0)):
+    for name, age in ((".unfinished-0000000f-1-old_file.nc", 7200), (".unfinished-0000000f-1-new_file.nc", 0)):
         (tmp_path / name).touch()
         os.utime(tmp_path / name, (time.time() - age,) * 2)
     Folder(tmp_path)
-    assert [path.name for path in tmp_path.iterdir()] == [".unfinished-young"]
+    assert [path.name for path in tmp_path.iterdir()] == [".unfinished-0000000f-1-new_file.nc"]
 
 
 def test_what_cannot_be_kept_is_a_failure():

@@ -14,6 +14,7 @@ import traceback
 from pathlib import Path
 
 from flatpunch._support.checks import Problem, brief
+from flatpunch._support.command_files import Conflict
 from flatpunch._support.reading import shown_path
 from flatpunch._support.whole_file import NotWritten
 
@@ -36,7 +37,7 @@ def message(error: BaseException, program: Path = _PACKAGE) -> str:
     """Message of an error for people who write case files; `program` is the folder of what uses this package."""
     if isinstance(error, MemoryError):
         return "there is not enough memory for this. Take fewer steps, angles, cells or points; `flatpunch check` estimates it."
-    if isinstance(error, NotWritten):
+    if isinstance(error, (Conflict, NotWritten)):
         return str(error)
     if isinstance(error, OSError) and error.filename is not None:
         return f"{shown_path(error.filename)}: {error.strerror or type(error).__name__}."

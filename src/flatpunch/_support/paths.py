@@ -20,7 +20,6 @@ Plain = dict[str, Any]
 
 _PLACE = re.compile(r"\[(\d+)\]")
 FORMS = "Write start:stop:count, start:stop:count:log, or values with commas between them"
-_RANGE = re.compile(r"\s*([^:]+?)\s*:\s*([^:]+?)\s*:\s*([^:]+?)\s*(?::\s*(\w+)\s*)?")
 
 
 def dotted(path: str) -> str:
@@ -53,17 +52,17 @@ def put(data: Any, path: str, value: object) -> None:
 
 def spaced(name: str, text: str, value: Callable[[str], float]) -> tuple[list[float], bool]:
     """Values of a range, and whether they are evenly spaced in their logarithm; `value` reads an end."""
-    match = _RANGE.fullmatch(text)
-    if match is None:
+    parts = [part.strip() for part in text.split(":")]
+    if len(parts) not in (3, 4) or not all(parts):
         raise BadValue(name, shown(text), f"is no range. {FORMS}.")
-    start, stop = (value(end) for end in match.group(1, 2))
-    count, spacing = match[3], match[4] or "lin"
+    start, stop = map(value, parts[:2])
+    count, spacing = parts[2], "".join(parts[3:]) or "lin"
     if not re.fullmatch("[0-9]{1,9}", count) or not 2 <= int(count) <= POINTS:
         raise BadValue(
             name, shown(text), f": the count {shown(count)} must be a whole number from 2 to {POINTS}. {FORMS}."
         )
     if spacing not in ("lin", "log"):
-        raise BadValue(name, shown(text), f": the spacing {spacing!r} must be 'log' or 'lin'. {FORMS}.")
+        raise BadValue(name, shown(text), f": the spacing {shown(spacing)} must be 'log' or 'lin'. {FORMS}.")
     if start == stop:
         raise BadValue(name, shown(text), f"starts where it stops. {FORMS}.")
     if spacing == "log" and not min(start, stop) > 0:

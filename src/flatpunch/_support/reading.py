@@ -2,7 +2,7 @@
 
 A pipe without a writer would never end, a device never stop; a file that is far too large would fill the memory first and
 be refused afterwards. Archives (.zip, .npz, .xlsx, force maps of JPK) are asked for their unpacked size before anything is
-unpacked.
+unpacked. All that is opened here counts as an input of the running command.
 """
 
 from __future__ import annotations
@@ -13,9 +13,13 @@ import zipfile
 from pathlib import Path
 
 from flatpunch._support.checks import shown
+from flatpunch._support.command_files import note_input
 
-UNPACKED = 2_000_000_000
-"""Largest size of all files of an archive together [bytes]."""
+UNPACKED = 250_000_000
+"""Largest size of all files of an archive together, and of one file of a map [bytes]; text takes 15 times as much memory."""
+
+MAP = 2_000_000_000
+"""Largest size of all files of a force map of JPK together [bytes]; its curves are read one by one."""
 
 FILES = 200_000
 """Most files of an archive; force maps hold some for each curve."""
@@ -35,7 +39,8 @@ def as_path(name: str, value: object) -> Path:
 
 
 def is_file(path: Path) -> bool:
-    """Whether there is a regular file; a name that is too long or no name at all is none."""
+    """Whether there is a regular file to be read; a name that is too long or no name at all is none."""
+    note_input(path)
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -58,14 +63,15 @@ class Unreadable(ValueError):
 
 def content(path: Path, most: int) -> bytes:
     """Return the bytes of a regular file; `Unreadable` if it is missing, no regular file, or larger than `most` [bytes]."""
+    note_input(path)
     try:
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            kind = "a folder" if stat.S_ISDIR(mode) else "a pipe or a device"
+        about = path.stat()
+        if not stat.S_ISREG(about.st_mode):
+            kind = "a folder" if stat.S_ISDIR(about.st_mode) else "a pipe or a device"
             raise Unreadable(f"not readable (it is {kind}, not a file)")
         with path.open("rb") as file:
             # what the system says of the size need not be true
-            found = file.read(most + 1)
+            found = file.read(most + 1) if about.st_size <= most else b""
     except OSError as error:
         raise Unreadable(f"not readable ({error.strerror or error})") from None
     except Unreadable:
@@ -73,7 +79,7 @@ def content(path: Path, most: int) -> bytes:
     except ValueError:
         # a null character in the name
         raise Unreadable("not readable (no name of a file)") from None
-    if len(found) > most:
+    if max(about.st_size, len(found)) > most:
         raise Unreadable(f"larger than {most / 1e6:g} MB, the most that is read")
     return found
 
@@ -83,6 +89,7 @@ def check_archive(path: Path) -> None:
 
     Python unpacks no more than the sizes that an archive states, whatever it holds.
     """
+    note_input(path)
     try:
         with path.open("rb") as file:
             if not zipfile.is_zipfile(file):
@@ -92,8 +99,12 @@ def check_archive(path: Path) -> None:
     # what `zipfile` raises on damaged lists of files, and on kinds of archives that it does not read
     except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile):
         raise Unreadable("damaged: its list of files cannot be read") from None
-    size = sum(entry.file_size for entry in entries)
     if len(entries) > FILES:
         raise Unreadable(f"an archive of {len(entries)} files; at most {FILES} are read")
-    if size > UNPACKED:
-        raise Unreadable(f"an archive that unpacks to {size / 1e9:.3g} GB; at most {UNPACKED / 1e9:g} GB are read")
+    largest = max(entries, key=lambda entry: entry.file_size, default=None)
+    total, most = sum(entry.file_size for entry in entries), MAP if path.suffix.lower().startswith(".jpk") else UNPACKED
+    if largest is not None and (total > most or largest.file_size > UNPACKED):
+        raise Unreadable(
+            f"an archive that unpacks to {total / 1e6:.4g} MB, {shown_path(largest.filename)} alone to "
+            f"{largest.file_size / 1e6:.4g} MB; at most {most / 1e6:g} MB are read, and {UNPACKED / 1e6:g} MB of one file"
+        )

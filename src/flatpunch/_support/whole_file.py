@@ -1,7 +1,8 @@
 """Files that appear whole or not at all: written under a temporary name in the same folder, then renamed.
 
-Whether they can be written is asked before anything is solved. What a killed process left unfinished is removed by the next one
-that writes beside it: temporary names hold machine and process.
+A file that is there is replaced, and keeps its rights and its owner, unless it is write-protected, a folder, a pipe or a device.
+Commands announce their outputs before anything is solved (`check_target`); one that is an input is refused. What a killed
+process left unfinished is removed by the next one that writes beside it: temporary names hold machine and process.
 
 A seal is a last line that holds the SHA-256 of everything before it. HDF5 and zip ignore what follows their end, so that other
 programs read sealed files as any other. A damaged file is found before a library sees its bytes: HDF5 may return other numbers
@@ -10,10 +11,12 @@ for damaged ones, fail deep inside, or never return.
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import platform
 import re
+import stat
 import tempfile
 import time
 from collections.abc import Iterator
@@ -21,16 +24,19 @@ from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 
+from flatpunch._support.command_files import note_output
 from flatpunch._support.reading import shown_path
 
 UNFINISHED = ".unfinished-"
-"""How temporary names begin."""
+"""How temporary names begin; machine, process and eight random letters follow."""
+
+_TEMPORARY = re.compile(re.escape(UNFINISHED) + r"([0-9a-f]{8})-([0-9]{1,10})-[a-z0-9_]{8}(?:\..*)?", re.DOTALL)
 
 REMEDY = "Choose a folder that exists, is yours and has space left."
 """What to do where a file cannot be written."""
 
 _HOUR = 3600.0
-"""Age above which files of other machines, and of earlier versions, count as left behind [s]."""
+"""Age above which unfinished files of other machines count as left behind [s]."""
 
 
 _MARK = b"# flatpunch seal sha256 "
@@ -38,14 +44,18 @@ _SEAL = re.compile(rb"\n" + _MARK + rb"([0-9a-f]{64})\n")
 _LENGTH = 1 + len(_MARK) + 2 * hashlib.sha256().digest_size + 1
 
 
-def check_target(option: str, path: Path | None, endings: tuple[str, ...]) -> None:
-    """Refuse a file that could not be written in the end, before anything is solved; None is no file."""
-    if path is None:
-        return
+def check_target(option: str, path: Path, endings: tuple[str, ...], *, chosen: bool = False) -> None:
+    """Refuse a file that could not be written in the end or must not be, before anything is solved.
+
+    Names that a command has `chosen` itself replace nothing.
+    """
     if path.suffix.lower() not in endings:
         raise ValueError(f"{option} {shown_path(path)}: the ending must be {' or '.join(endings)}.")
     if (reason := unwritable(path)) is not None:
         raise ValueError(f"{option} {shown_path(path)}: {reason}")
+    if chosen and _real(path).exists():
+        raise ValueError(f"{shown_path(path)} exists and was not named. Move it away, or name a file with {option}.")
+    note_output(f"{option} {shown_path(path)}", path)
 
 
 def made_folder(option: str, folder: Path) -> None:
@@ -64,8 +74,8 @@ def unwritable(path: Path) -> str | None:
     """Say why no file can be written there, in a sentence; None where it can."""
     try:
         target = _real(path)
-        if target.is_dir():
-            return "is a folder. Name a file in it."
+        if (reason := _kept(target)) is not None:
+            return f"{reason}. Name another file."
         if not target.parent.is_dir():
             return f"the folder {shown_path((target if path.is_symlink() else path).parent)} does not exist. Make it first."
         handle, name = _temporary(target)
@@ -75,6 +85,20 @@ def unwritable(path: Path) -> str | None:
         reason = getattr(error, "strerror", None) or "no name of a file"
         return f"cannot be written ({reason}). {REMEDY}"
     return None
+
+
+def _kept(target: Path) -> str | None:
+    """Why what is there must not be replaced; None where nothing is, or a file that may be."""
+    try:
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        return None
+    if stat.S_ISDIR(mode):
+        return "is a folder"
+    if not stat.S_ISREG(mode):
+        return "is a pipe or a device, not a file"
+    # the system lets its administrator write to protected files
+    return None if mode & 0o222 and os.access(target, os.W_OK) else "is write-protected"
 
 
 class NotWritten(OSError):
@@ -92,13 +116,15 @@ def whole_file(path: Path) -> Iterator[Path]:
     """
     try:
         target = _real(path)
+        if (reason := _kept(target)) is not None:
+            raise PermissionError(errno.EACCES, f"it {reason}")
         _clean_once(target.parent)
         handle, name = _temporary(target)
         os.close(handle)
         temporary = Path(name)
         try:
             yield temporary
-            _with_usual_rights(temporary)
+            _with_usual_rights(temporary, target)
             os.replace(temporary, target)
         finally:
             temporary.unlink(missing_ok=True)
@@ -129,10 +155,11 @@ def remove_left(folder: Path) -> None:
 
 
 def _abandoned(left: Path) -> bool:
-    machine, _, rest = left.name.removeprefix(UNFINISHED).partition("-")
-    process = rest.partition("-")[0]
-    if machine == _machine() and process.isascii() and process.isdigit() and int(process) > 0:
-        return not _alive(int(process))
+    name = _TEMPORARY.fullmatch(left.name)
+    if name is None:
+        return False
+    if name[1] == _machine():
+        return not _alive(int(name[2]))
     return left.stat().st_mtime < time.time() - _HOUR
 
 
@@ -164,11 +191,19 @@ def _real(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def _with_usual_rights(path: Path) -> None:
-    """Temporary files are private; give the result the rights that any new file gets."""
-    mask = os.umask(0)
-    os.umask(mask)
-    path.chmod(0o666 & ~mask)
+def _with_usual_rights(path: Path, target: Path) -> None:
+    """Temporary files are private; give the result the rights and owner of what it replaces, or those of any new file."""
+    try:
+        before = target.stat()
+    except FileNotFoundError:
+        mask = os.umask(0)
+        os.umask(mask)
+        path.chmod(0o666 & ~mask)
+        return
+    with suppress(OSError, AttributeError):
+        # Windows has no owners of this kind, and only the administrator gives files away
+        os.chown(path, before.st_uid, before.st_gid)
+    path.chmod(stat.S_IMODE(before.st_mode))
 
 
 class BrokenSeal(ValueError):

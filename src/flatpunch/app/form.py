@@ -35,7 +35,7 @@ TOP = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
 _TEXTS = {"title", "method", "kind", "sheet", "decimal"}
 """Fields that are texts whatever they look like."""
 
-_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _ADHESION = {"work_of_adhesion", "range_of_action"}
 
 _TAB_TABLES = {

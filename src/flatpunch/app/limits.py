@@ -51,6 +51,10 @@ class Limits:
         Steps above which a case is not solved while the user types.
     silent : float
         Time after which a connection that sends nothing is closed [s].
+    arrival : float
+        Longest time in which a request arrives as a whole [s].
+    longest : float
+        Longest time that a request waits for its outcome, and of jobs that are not polled as results are [s].
     soon : float
         Time that a request waits for its job before it returns the job's key [s].
     forgotten : float
@@ -66,6 +70,8 @@ class Limits:
     jobs: int = 200
     quick: int = 5000
     silent: float = 60.0
+    arrival: float = 300.0
+    longest: float = 600.0
     soon: float = 0.25
     forgotten: float = 60.0
     start: float = 20.0

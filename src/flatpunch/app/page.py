@@ -164,7 +164,7 @@ class Page:
         known = self._results.get(name)
         if known is None:
             job = self._started(tab, fields, True, name)
-            job.wait()
+            _wait(job)
             known = job.outcome if job.state == "done" else {"problems": [{"text": job.outcome or "it was stopped."}]}
         if "kept" not in known:
             raise FormError("\n".join(problem["text"] for problem in known.get("problems", ())))
@@ -193,11 +193,21 @@ class Page:
             content = script(tab, fields, stem).encode("utf-8")
         else:
             job = self.workers.submit(tab.file, fields, self._kept(tab, fields), kind)
-            job.wait()
+            _wait(job)
             if job.state != "done":
                 raise FormError(job.outcome or "it was stopped.")
             content = job.outcome
         return Answer(HTTPStatus.OK, content, _TYPES[kind], f"{stem}.{kind}")
+
+
+def _wait(job: Job) -> None:
+    """Wait for a job, which is stopped when it takes longer than a request may."""
+    if not job.wait(LIMITS.longest):
+        job.finish(
+            "failed",
+            f"it took longer than {LIMITS.longest / 60:g} minutes and was stopped. Solve it on the page first.",
+        )
+        job.stop()
 
 
 def start() -> Plain:

@@ -22,8 +22,9 @@ _FIELD = re.compile(
 
 def field_of(place: str, fields: Mapping[str, str]) -> str:
     """Return the field of the form that a place in a case file is about: "layers.0.young" for "layers[0].young"; "" for none."""
-    name = strength_place(dotted(place), fields)
-    if re.match(rf"(control\.)?{fields.get('control.quantity', 'depth')}(\.|$)", name):
+    # no field has a longer name, and each of its parts is looked for
+    name = strength_place(dotted(place), fields)[:200]
+    if name.removeprefix("control.").partition(".")[0] == fields.get("control.quantity", "depth"):
         part = f"control.{name.rpartition('.')[2]}"
         name = part if part in fields else "control.values" if "control.values" in fields else "control.start"
     while name:

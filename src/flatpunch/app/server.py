@@ -1,14 +1,17 @@
 """The page on a socket: a small server of HTTP for one machine, from the standard library.
 
 It is bound to the loopback interface unless another address is given, answers only requests that name this machine (so that no
-web site can reach it through a name of its own), and reads no more than it says.
+web site can reach it through a name of its own), from other sites nothing but its files and its first page (which a link may
+open), and reads no more and no longer than it says.
 """
 
 from __future__ import annotations
 
 import ipaddress
 import socket
+import threading
 from collections.abc import Callable
+from contextlib import suppress
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import SplitResult, quote, urlsplit
@@ -81,6 +84,21 @@ class _Handler(BaseHTTPRequestHandler):
     timeout = LIMITS.silent
     server: AppServer
 
+    def handle_one_request(self) -> None:
+        """Handle a request, which must have arrived within a time however slowly it is sent."""
+        self._late = threading.Timer(LIMITS.arrival, self._no_more)
+        self._late.daemon = True
+        self._late.start()
+        try:
+            super().handle_one_request()
+        finally:
+            self._late.cancel()
+
+    def _no_more(self) -> None:
+        self.close_connection = True
+        with suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RD)
+
     def do_GET(self) -> None:
         self._answered(lambda: b"")
 
@@ -97,6 +115,7 @@ class _Handler(BaseHTTPRequestHandler):
             self.close_connection = True
             self._send(Answer(refused.status, str(refused).encode(), "text/plain; charset=utf-8"))
             return
+        self._late.cancel()
         self._send(self.server.page.answer(Request(self.command, target.path, target.query, read)))
 
     def _check_origin(self) -> None:
@@ -107,7 +126,14 @@ class _Handler(BaseHTTPRequestHandler):
             raise _Refused(HTTPStatus.BAD_REQUEST, "The request names no host.")
         if not self.server.takes(place.hostname or ""):
             raise _Refused(HTTPStatus.FORBIDDEN, "This request names another machine.")
-        if self.command == "POST" and origin is not None and _split(origin).netloc != host:
+        path = _split(self.path).path
+        if self.command == "GET" and (path == "/" or path.startswith("/static/")):
+            return
+        # browsers name the page, or at least how near it is; what is no browser names neither
+        if (origin is not None and _split(origin).netloc != host) or self.headers.get("Sec-Fetch-Site", "none") not in (
+            "none",
+            "same-origin",
+        ):
             raise _Refused(HTTPStatus.FORBIDDEN, "This request comes from another page.")
 
     def _body(self) -> bytes:
@@ -119,7 +145,10 @@ class _Handler(BaseHTTPRequestHandler):
                 HTTPStatus.REQUEST_ENTITY_TOO_LARGE,
                 f"The file is larger than {most / 1e6:g} MB, the most that is read.",
             )
-        return self.rfile.read(int(given))
+        found = self.rfile.read(int(given))
+        if len(found) < int(given):
+            raise _Refused(HTTPStatus.REQUEST_TIMEOUT, f"The request did not arrive within {LIMITS.arrival:g} s.")
+        return found
 
     def _send(self, answer: Answer) -> None:
         self.send_response(answer.status)

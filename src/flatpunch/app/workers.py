@@ -229,7 +229,7 @@ def _done(worker: Worker, job: Job) -> tuple[str, object, bool]:
         worker.give(*job.call)
         while not job.ended.is_set():
             if not worker.pipe.poll(1.0):
-                if time.monotonic() - job.asked > LIMITS.forgotten:
+                if time.monotonic() - job.asked > LIMITS.forgotten or (not job.long and job.seconds > LIMITS.longest):
                     break
                 continue
             final, what = worker.answer()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 import warnings
 from pathlib import Path
@@ -17,10 +16,11 @@ from flatpunch.cli.plugin import plugin_app
 from flatpunch.cli.terminal import (
     INTERRUPTED,
     CaseFile,
+    Output,
     PlotOption,
+    ResultOption,
     StyleOption,
     app,
-    check_targets,
     command,
     drawn,
     finish,
@@ -29,7 +29,6 @@ from flatpunch.cli.terminal import (
     say,
     say_notes,
     say_table,
-    say_written,
     write_all,
 )
 
@@ -57,8 +56,8 @@ def flatpunch(
 @command("solve")
 def solve(
     case: CaseFile,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Curve as CSV, besides the output.")] = None,
+    output: ResultOption = None,
+    csv: Annotated[Path | None, typer.Option(help="Curve as CSV, besides the output."), Output((".csv",))] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
     outlines: Annotated[bool, typer.Option("--outlines", help="Contact outlines in the CSV too.")] = False,
@@ -68,7 +67,6 @@ def solve(
     Read the result with [bold]flatpunch.load("gel.nc")[/bold] or any NetCDF reader; the CSV opens in a spreadsheet. NetCDF
     holds the contact outlines as well.
     """
-    check_targets(plot, csv, output, (".nc", ".csv"))
     from flatpunch.files import read_case
 
     _solve(read_case(case), [path for path in (output, csv) if path], plot, style=style, outlines=outlines)
@@ -100,8 +98,8 @@ def demo(
     """Solve the cases that come with the package.
 
     Writes, for each of them, the case file itself, the result as NetCDF and CSV, and a picture; measured curves with the case
-    files of their fits are in the folder `fit`, case files of rough surfaces in `rough`. Case files that are there already are
-    kept, and solved as you changed them.
+    files of their fits are in the folder `fit`, case files of rough surfaces in `rough`. Files that are there already are
+    kept: case files are solved as you changed them, unless there is a result.
     """
     from flatpunch._support.whole_file import made_folder
     from flatpunch.files import read_case, shipped_cases
@@ -114,7 +112,11 @@ def demo(
     for source in shipped_cases():
         case = output / source.name
         _copy(source, case)
-        _solve(read_case(case), [case.with_suffix(".nc"), case.with_suffix(".csv")], case.with_suffix(".png"))
+        *results, picture = targets = [case.with_suffix(ending) for ending in (".nc", ".csv", ".png")]
+        if there := [path.name for path in targets if path.exists()]:
+            say(f"{case}: not solved again; {', '.join(there)} would be replaced.")
+            continue
+        _solve(read_case(case), results, picture)
 
 
 def _copy(source: Path, target: Path) -> None:
@@ -132,14 +134,14 @@ def _copy(source: Path, target: Path) -> None:
 def _solve(
     case: Case, outputs: list[Path], plot: Path | None, *, style: str = "screen", outlines: bool = False
 ) -> None:
-    """Solve one case, write what was asked for, print the curve."""
+    """Solve one case, print the curve, write what was asked for."""
     import flatpunch as fp
     from flatpunch._support.progress import listening
     from flatpunch.files import save
     from flatpunch.files.summary import curve_table, pull_off_lines
 
     with (
-        progress(case.title or "Solving", 1 + len(outputs) + (plot is not None)) as step,
+        progress(case.title or "Solving", 1) as step,
         warnings.catch_warnings(record=True) as caught,
     ):
         warnings.simplefilter("always", fp.FlatpunchWarning)
@@ -147,11 +149,6 @@ def _solve(
         with listening(lambda done, total: step(f"solving, {done} of {total}", advance=0)):
             result = fp.indent(case.medium, case.indenter, **case.arguments)
         leaving = pull_off_lines(case)
-        written = write_all(
-            step,
-            *((path, lambda path: save(result, path, outlines=outlines)) for path in outputs),
-            (plot, drawn("plots.result:figure", result, case.medium, case.indenter, title=case.title, style=style)),
-        )
     # about ten evenly chosen steps; every column in the unit that suits its largest value
     shown = curve_table(result)
     say_table(case.title, [f"{name}\n{unit}" for name, unit in shown.columns], shown.rows, shown.caption)
@@ -159,7 +156,10 @@ def _solve(
         say(line)
     notes = [*str(result.attrs.get("notes", "")).splitlines(), *(str(each.message) for each in caught)]
     say_notes(dict.fromkeys(notes))
-    say_written(written)
+    write_all(
+        *((path, lambda path: save(result, path, outlines=outlines)) for path in outputs),
+        (plot, drawn("plots.result:figure", result, case.medium, case.indenter, title=case.title, style=style)),
+    )
     say("")
 
 
@@ -173,18 +173,10 @@ def main() -> None:
     prepare()
     status: int | str | None = 0
     try:
-        try:
-            app()
-        except SystemExit as end:
-            status = end.code
-        failed = finish()
+        app()
+    except SystemExit as end:
+        status = end.code
     except KeyboardInterrupt:
         typer.echo("\nInterrupted. No file was left half-written.", err=True)
-        sys.exit(INTERRUPTED)
-    except BrokenPipeError:
-        # whoever read the output has had enough, as `head` has
-        sys.exit(INTERRUPTED - signal.SIGINT + getattr(signal, "SIGPIPE", signal.SIGINT))
-    if failed is not None:
-        typer.echo(f"Error: {failed}", err=True)
-        status = 2
-    sys.exit(status)
+        status = INTERRUPTED
+    sys.exit(finish() or status)

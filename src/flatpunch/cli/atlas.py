@@ -12,7 +12,7 @@ from rich.console import Console
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array, BadValue, real, shown
 from flatpunch._support.paths import FORMS, spaced
-from flatpunch.cli.terminal import command, say, say_table
+from flatpunch.cli.terminal import Output, command, say, say_table
 
 if TYPE_CHECKING:
     from flatpunch.atlas import Table
@@ -113,7 +113,7 @@ def query(family: Name, beta: Beta = "1", set_: Set = None, moments: Moments = "
 @command("atlas export", atlas_app)
 def export(
     family: Name,
-    csv: Annotated[Path, typer.Option(help="File to write.")],
+    csv: Annotated[Path, typer.Option(help="File to write."), Output((".csv",))],
     beta: Annotated[str | None, typer.Option(help="As for query; the whole range by default.")] = None,
     set_: Set = None,
     moments: Moments = "1,2",
@@ -124,10 +124,9 @@ def export(
     import pandas as pd
 
     from flatpunch import atlas
-    from flatpunch._support.whole_file import check_target, write_whole
+    from flatpunch._support.whole_file import write_whole
 
     table = atlas.table(family)
-    check_target("--csv", csv, (".csv",))
     low, high = table.beta_range
     if beta is None:
         beta = f"{low}:{high}:41:log" if np.isfinite(high) else "0.001:100:41:log"

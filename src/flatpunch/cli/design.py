@@ -10,16 +10,15 @@ import typer
 
 from flatpunch.cli.terminal import (
     CaseFile,
+    Output,
     PlotOption,
     StyleOption,
-    check_targets,
     command,
     drawn,
     progress,
     say,
     say_notes,
     say_table,
-    say_written,
     write_all,
 )
 
@@ -32,7 +31,7 @@ if TYPE_CHECKING:
 @command("design")
 def design(
     case: CaseFile,
-    csv: Annotated[Path | None, typer.Option(help="Table of the numbers found as CSV.")] = None,
+    csv: Annotated[Path | None, typer.Option(help="Table of the numbers found as CSV."), Output((".csv",))] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -40,7 +39,6 @@ def design(
 
     A force, depth, stiffness or contact radius, at one load or along a curve; or the largest load before failure.
     """
-    check_targets(plot, csv)
     from flatpunch.design import design
     from flatpunch.files import read_case
 
@@ -48,8 +46,7 @@ def design(
     asked = read.design
     if asked is None:
         raise ValueError("the case has no table [design]; it names what to vary and what is prescribed.")
-    steps = asked.starts + sum(path is not None for path in (csv, plot))
-    with progress(read.title or "Design", steps) as step:
+    with progress(read.title or "Design", asked.starts) as step:
         found = design(
             read.medium,
             read.indenter,
@@ -60,11 +57,9 @@ def design(
             method=None if read.indenter.round else _method(read),
             progress=lambda done, total: step(f"start {done} of {total}"),
         )
-
-        picture = drawn("plots.design:figure", found, title=read.title, style=style)
-        written = write_all(step, (csv, lambda path: _table(found, path)), (plot, picture))
     _print(read.title, found)
-    say_written(written)
+    picture = drawn("plots.design:figure", found, title=read.title, style=style)
+    write_all((csv, lambda path: _table(found, path)), (plot, picture))
 
 
 def _method(case: Case) -> Method | None:
@@ -75,7 +70,7 @@ def _method(case: Case) -> Method | None:
     return None if chosen is None or chosen.name == "refined" else chosen
 
 
-def _table(found: Design, path: Path) -> Path:
+def _table(found: Design, path: Path) -> None:
     """Write a line for each varied number, SI."""
     import pandas as pd
 
@@ -85,7 +80,6 @@ def _table(found: Design, path: Path) -> Path:
     rows = [[getattr(each, column) for column in columns] for each in found.values]
     with whole_file(path) as temporary:
         pd.DataFrame(rows, columns=columns).to_csv(temporary, index=False, lineterminator="\n")
-    return path
 
 
 def _print(title: str, found: Design) -> None:

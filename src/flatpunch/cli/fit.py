@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,15 +14,13 @@ from flatpunch._support.reading import is_folder
 from flatpunch._support.whole_file import check_target
 from flatpunch.cli.terminal import (
     PICTURES,
+    Output,
     PlotOption,
     StyleOption,
-    check_targets,
     command,
     drawn,
     progress,
-    quiet,
     say,
-    say_written,
     write_all,
 )
 
@@ -45,15 +44,20 @@ def fit(
         Path | None,
         typer.Argument(metavar="[CASE.toml]", help="Case file of the fit; alone if it names its curves itself."),
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc).")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Table (.csv) or result (.nc)."), Output((".csv", ".nc"))
+    ] = None,
     plot: PlotOption = None,
     drift: Annotated[
-        Path | None, typer.Option(help="Picture of the modulus over the fitted depth, beside a half-space model's.")
+        Path | None,
+        typer.Option(help="Picture of the modulus over the fitted depth, beside a half-space model's."),
+        Output(PICTURES),
     ] = None,
     profile: Annotated[bool, typer.Option("--profile", help="Intervals from the likelihood profile as well.")] = False,
     posterior: Annotated[
         Path | None,
         typer.Option(help="Draw from the posterior: corner picture (.png, .pdf, .svg), or the draws (.nc, .csv)."),
+        Output((*PICTURES, ".nc", ".csv")),
     ] = None,
     workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
     resume: Annotated[
@@ -73,9 +77,6 @@ def fit(
     With an output, records of a folder or map are kept beside it (table.records) until all curves are done: after an
     interruption the same command goes on from there. Curves or a case that have changed are fitted again.
     """
-    check_targets(plot, output=output, endings=(".csv", ".nc"))
-    check_target("--drift", drift, PICTURES)
-    check_target("--posterior", posterior, (*PICTURES, ".nc", ".csv"))
     from flatpunch.fit.case import read_fit_case
 
     _check_order(curve, case)
@@ -106,7 +107,6 @@ def read(
     Columns, units and calibration with their origin, which way the tip goes, approach, hold and retract, the baseline, where
     the contact begins, and what a fit leaves out or why it refuses the curve.
     """
-    check_targets(plot)
     _check_order(curve, case)
     from flatpunch.fit.case import read_fit_case
     from flatpunch.fit.measured.files.readers import read_curve
@@ -115,14 +115,16 @@ def read(
     loaded = None if case is None else read_fit_case(case)
     measured = read_curve(curve, **({} if loaded is None else loaded.reading))
     say("\n".join((measured.name, *(f"  {line}" for line in reading_of(measured, loaded).lines))))
-    say_written(write_all(quiet, (plot, drawn("fit.reading:measured_figure", measured, loaded, style=style))))
+    write_all((plot, drawn("fit.reading:measured_figure", measured, loaded, style=style)))
 
 
 @command("fit-film")
 def fit_film(
     curve: CurveFile,
     case: FitCaseFile,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Table of the points (.csv).")] = None,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Table of the points (.csv)."), Output((".csv",))
+    ] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -131,7 +133,6 @@ def fit_film(
     The modulus of film or substrate is written [bold]{ fit = ... }[/bold] in the case file; a table [bold]film[/bold] has the
     tip's area_coefficients (nm; a workbook's own if left out), beta, epsilon, frame, fit_frame, depth_min, depth_max.
     """
-    check_targets(plot, output=output, endings=(".csv",))
     _check_order(curve, case)
     _fit_film(curve, case, output, plot, style)
 
@@ -156,6 +157,8 @@ def _fit_together(
     from flatpunch.fit.case import read_measured
     from flatpunch.fit.together import fit_together
 
+    if output is not None and output.suffix.lower() != ".csv":
+        raise ValueError(f"--output {output}: the table of a joint fit is kept as .csv.")
     shared = {name: free for name, free in case.free.items() if name not in case.own}
     own = {name: case.free[name] for name in case.own}
     settings = {name: value for name, value in case.arguments.items() if name != "quick"}
@@ -163,9 +166,11 @@ def _fit_together(
     say(result.summary())
     if profile:
         _say_profiles(result)
-    draws = (posterior, lambda path: _posterior(result, case, path, style))
-    say_written(
-        write_all(quiet, draws, (output, result.save), (plot, drawn("fit.pictures:fit_figure", result, style=style)))
+    write_all(
+        (output, result.save),
+        (plot, drawn("fit.pictures:fit_figure", result, style=style)),
+        (posterior, lambda path: _posterior(result, case, path, style)),
+        bar=False,
     )
 
 
@@ -178,7 +183,7 @@ def _say_profiles(result: FitResult) -> None:
         say(f"  {label(name):<24} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
 
 
-def _posterior(result: FitResult, case: FitCase, path: Path, style: str) -> Path:
+def _posterior(result: FitResult, case: FitCase, path: Path, style: str) -> None:
     """Draw from the posterior, print its summary and write a picture of it or the draws."""
     with progress("Posterior", 1) as step:
         found = result.posterior(
@@ -188,8 +193,9 @@ def _posterior(result: FitResult, case: FitCase, path: Path, style: str) -> Path
         )
     say(found.summary())
     if path.suffix.lower() in (".nc", ".csv"):
-        return Path(found.save(path))
-    return drawn("fit.distributions:posterior_figure", found, style=style)(path)
+        found.save(path)
+    else:
+        drawn("fit.distributions:posterior_figure", found, style=style)(path)
 
 
 def _many(path: Path, case: FitCase) -> bool:
@@ -228,25 +234,21 @@ def _fit_one(
     say(result.summary())
     if profile:
         _say_profiles(result)
-
-    draws = (posterior, lambda path: _posterior(result, case, path, style))
-    say_written(
-        write_all(
-            quiet,
-            draws,
-            (output, result.save),
-            (plot, drawn("fit.pictures:fit_figure", result, style=style)),
-            (drift, lambda path: _drift(curve, case, path, style)),
-        )
+    write_all(
+        (output, result.save),
+        (plot, drawn("fit.pictures:fit_figure", result, style=style)),
+        (posterior, lambda path: _posterior(result, case, path, style)),
+        (drift, lambda path: _drift(curve, case, path, style)),
+        bar=False,
     )
 
 
-def _drift(curve: Curve, case: FitCase, path: Path, style: str) -> Path:
+def _drift(curve: Curve, case: FitCase, path: Path, style: str) -> None:
     """Draw the modulus over the largest fitted depth, beside that of a half-space."""
     from flatpunch.fit.case import DRIFTING, drift
 
     layered, bulk = drift(curve, case)
-    return drawn("fit.pictures:drift_figure", layered, DRIFTING, bulk, "base.young", style=style)(path)
+    drawn("fit.pictures:drift_figure", layered, DRIFTING, bulk, "base.young", style=style)(path)
 
 
 def _fit_folder(
@@ -283,12 +285,15 @@ def _fit_folder(
         say(f"{records.reused} of {len(items)} curves were fitted by an earlier run ({records.path})")
     batch = Batch(tuple(rows))
     _say_batch(batch, case)
-    written = write_all(quiet, (output, batch.save))
-    if records is not None:
-        records.remove()
+
+    def table(path: Path) -> None:
+        batch.save(path)
+        if records is not None:
+            records.remove()
+
     name = next(iter(case.free), None)
     picture = drawn("fit.distributions:map_figure", batch, name, style=style)
-    say_written(written + write_all(quiet, (plot if name else None, picture)))
+    write_all((output, table), (plot if name else None, picture))
     if len(batch.failed) == len(batch.rows):
         raise ValueError("no curve could be fitted.")
 
@@ -323,38 +328,51 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
     film = dict(loaded.film)
     tip = film_tip(path, film)
     names = [*(loaded.free or ()), *(["frame"] if film.get("fit_frame") else [])] or None
-    written: list[Path] = []
     curves = film_curves(path, loaded.reading)
+    tables, pictures = (_numbered(*given, len(curves)) for given in (("--output", output), ("--plot", plot)))
+    wanted: list[tuple[Path | None, Callable[[Path], object]]] = []
     failed = []
-    for number, curve in enumerate(curves):
-        try:
-            result = fit_film(
-                curve,
-                loaded.medium,
-                tip,
-                names,
-                depths=film.get("depths", (0.0, float("inf"))),
-                frame=film.get("frame", 0.0),
-            )
-        except CurveError as error:
-            # one bad test costs one test
-            failed.append(str(error))
-            if len(failed) == len(curves):
-                raise
-            continue
-        for line in curve.meta.get("read", ()):
-            say(f"Read {line}")
-        say(str(result))
-        stem = "" if len(curves) == 1 else f"-{number + 1}"
-        targets = [None if path is None else path.with_stem(path.stem + stem) for path in (plot, output)]
-        picture = drawn("fit.pictures:film_figure", result, style=style)
-        written += write_all(quiet, (targets[0], picture), (targets[1], partial(_film_table, result)))
-    for reason in failed:
-        say(f"Left out: {reason}")
-    say_written(written)
+    try:
+        for curve, table, picture in zip(curves, tables, pictures, strict=True):
+            try:
+                result = fit_film(
+                    curve,
+                    loaded.medium,
+                    tip,
+                    names,
+                    depths=film.get("depths", (0.0, float("inf"))),
+                    frame=film.get("frame", 0.0),
+                )
+            except CurveError as error:
+                # one bad test costs one test
+                failed.append(str(error))
+                if len(failed) == len(curves):
+                    raise
+                continue
+            for line in curve.meta.get("read", ()):
+                say(f"Read {line}")
+            say(str(result))
+            wanted += [
+                (picture, drawn("fit.pictures:film_figure", result, style=style)),
+                (table, partial(_film_table, result)),
+            ]
+        for reason in failed:
+            say(f"Left out: {reason}")
+    finally:
+        write_all(*wanted)
 
 
-def _film_table(result: FilmResult, path: Path) -> Path:
+def _numbered(option: str, path: Path | None, count: int) -> list[Path | None]:
+    """Files of several tests, numbered from 1; those replace nothing."""
+    if path is None or count == 1:
+        return [path] * count
+    found = [path.with_stem(f"{path.stem}-{number + 1}") for number in range(count)]
+    for each in found:
+        check_target(option, each, (path.suffix.lower(),), chosen=True)
+    return [*found]
+
+
+def _film_table(result: FilmResult, path: Path) -> None:
     """Write the points of a film."""
     from flatpunch.files.results import write
     from flatpunch.fit.report.table import csv_of
@@ -369,4 +387,4 @@ def _film_table(result: FilmResult, path: Path) -> Path:
     }
     units = {name: "Pa" if name.endswith("modulus") else "m" for name in columns}
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    return write(path, csv_of([dict(zip(columns, row, strict=True)) for row in rows], units).encode())
+    write(path, csv_of([dict(zip(columns, row, strict=True)) for row in rows], units).encode())

@@ -12,22 +12,17 @@ from flatpunch._support.paths import Plain
 from flatpunch.cli.terminal import (
     CaseFile,
     PlotOption,
+    ResultOption,
     StyleOption,
-    check_targets,
     command,
     drawn,
-    quiet,
     say,
     say_table,
-    say_written,
     write_all,
 )
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-OutputOption = Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .csv or .nc (NetCDF).")]
 
 
 @command("correct")
@@ -41,7 +36,7 @@ def correct(
         Literal["curve", "depth"] | None,
         typer.Option(help="'curve' (default) if the curve was fitted, 'depth' if the force at the depth."),
     ] = None,
-    output: OutputOption = None,
+    output: ResultOption = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -54,7 +49,6 @@ def correct(
     given here, or in a table [bold]correct[/bold] of the case file: reported, depth, model, poisson, over. Beside the
     result are those of published corrections.
     """
-    check_targets(plot, output=output, endings=(".csv", ".nc"))
     given = {"reported": reported, "depth": depth, "model": model, "reported_poisson": poisson, "over": over}
     _correct(case, {name: value for name, value in given.items() if value is not None}, output, plot, style)
 
@@ -62,7 +56,7 @@ def correct(
 @command("compare")
 def compare(
     case: CaseFile,
-    output: OutputOption = None,
+    output: ResultOption = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -70,7 +64,6 @@ def compare(
 
     Prints the error of each formula at the largest depth, and the largest depths at which it is within 1, 5 and 10 %.
     """
-    check_targets(plot, output=output, endings=(".csv", ".nc"))
     _compare(case, output, plot, style)
 
 
@@ -114,7 +107,7 @@ def _write(
     plot: Path | None,
     dataset: Callable[[], xr.Dataset],
     table: Callable[[], str],
-    picture: Callable[[Path], Path],
+    picture: Callable[[Path], object],
 ) -> None:
     """Write a result as CSV or NetCDF, and its picture."""
     from flatpunch.files import save
@@ -123,4 +116,4 @@ def _write(
     def kept(path: Path) -> Path:
         return save(dataset(), path) if path.suffix.lower() == ".nc" else write(path, table().encode("utf-8"))
 
-    say_written(write_all(quiet, (output, kept), (plot, picture)))
+    write_all((output, kept), (plot, picture))

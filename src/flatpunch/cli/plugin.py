@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from flatpunch._support.paths import Plain
-from flatpunch.cli.terminal import command, say, say_written
+from flatpunch.cli.terminal import Output, command, say
 
 plugin_app = typer.Typer(no_args_is_help=True, help="Use the media of this package in other programs: files for them.")
 
@@ -29,7 +29,9 @@ def write(
         Path | None, typer.Argument(metavar="[CASE.toml]", help="Case file: medium, and tip.", show_default=False)
     ] = None,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Python module; by default flatpunch_HOST.py.")
+        Path | None,
+        typer.Option("--output", "-o", help="Python module; by default flatpunch_HOST.py."),
+        Output((".py",)),
     ] = None,
     depths: Annotated[str | None, typer.Option(help='slippy: depths of stresses, "0.2um, 1um".')] = None,
     spacing: Annotated[str | None, typer.Option(help='slippy: side of the cells of the surface, "50nm".')] = None,
@@ -44,8 +46,9 @@ def write(
     from flatpunch.fit.case import read_fit_case
     from flatpunch.plugins.hosts import write_plugin
 
-    output = output or Path(f"flatpunch_{host}.py")
-    check_target("--output", output, (".py",))
+    if output is None:
+        output = Path(f"flatpunch_{host}.py")
+        check_target("--output", output, (".py",), chosen=True)
     options: Plain = {}
     if depths is not None:
         options["depths"] = [named_si("--depths", entry.strip(), LENGTH) for entry in depths.split(",")]
@@ -53,4 +56,4 @@ def write(
         if spacing is None or not cells:
             raise ValueError("--spacing and --cells describe one grid: give both or neither.")
         options |= {"spacing": named_si("--spacing", spacing, LENGTH), "cells": cells}
-    say_written([write_plugin(host, output, read_fit_case(case) if case else None, **options)])
+    say(f"Written: {write_plugin(host, output, read_fit_case(case) if case else None, **options)}")

@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
-
-import typer
+from typing import TYPE_CHECKING
 
 from flatpunch.cli.terminal import (
     CaseFile,
     PlotOption,
+    ResultOption,
     StyleOption,
-    check_targets,
     command,
     progress,
     say_notes,
     say_table,
-    say_written,
     write_all,
 )
 
@@ -40,7 +36,7 @@ _ASPERITIES = {"depth": "m", "force": "N", "stiffness": "N/m", "contacts": "", "
 @command("rough")
 def rough(
     case: CaseFile,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv.")] = None,
+    output: ResultOption = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -49,22 +45,19 @@ def rough(
     A table [bold]surface[/bold] describes a random or measured surface, a table [bold]asperities[/bold] tips and their
     places. The picture shows the area in contact beside theories, pressure, gap and patches of the last step.
     """
-    check_targets(plot, None, output, (".nc", ".csv"))
     from flatpunch.files import save
     from flatpunch.files.rough import read_rough_case
     from flatpunch.plots.result import save_figure
 
     read = read_rough_case(case)
-    with progress(read.title or "Rough contact", 1 + sum(path is not None for path in (output, plot))) as step:
+    with progress(read.title or "Rough contact", 1) as step:
         step("solving")
         result = read.solve()
-        written = write_all(
-            step,
-            (output, lambda path: save(result, path)),
-            (plot, lambda path: save_figure(_drawn(read, result, style), path)),
-        )
     _print(read, result)
-    say_written(written)
+    write_all(
+        (output, lambda path: save(result, path)),
+        (plot, lambda path: save_figure(_drawn(read, result, style), path)),
+    )
 
 
 def _drawn(case: RoughCase, result: xr.Dataset, style: str) -> Figure:

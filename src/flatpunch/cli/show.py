@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flatpunch.cli.terminal import PICTURES, CaseFile, StyleOption, command, drawn, say, say_written
+from flatpunch.cli.terminal import PICTURES, CaseFile, Output, StyleOption, command, drawn, say, write_all
 
 if TYPE_CHECKING:
     from flatpunch.files import Case
@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 def show_tip(
     case: CaseFile,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-tip.png")
+        Path | None,
+        typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-tip.png"),
+        Output(PICTURES),
     ] = None,
     extent: Annotated[
         str | None,
@@ -33,16 +35,18 @@ def show_tip(
     from flatpunch.files.describe import words
 
     half = _extent(read) if extent is None else units.named_si("--extent", extent, units.LENGTH)
-    picture = drawn("plots.indenter:indenter_figure", read.indenter, extent=half, title=read.title, style=style)(target)
     say(f"Indenter  {words(read.indenter)}")
-    say_written([picture])
+    about = {"extent": half, "title": read.title, "style": style}
+    write_all((target, drawn("plots.indenter:indenter_figure", read.indenter, **about)))
 
 
 @command("show-medium")
 def show_medium(
     case: CaseFile,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-medium.png")
+        Path | None,
+        typer.Option("--output", "-o", help="Picture: .png, .pdf or .svg.", show_default="CASE-medium.png"),
+        Output(PICTURES),
     ] = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -59,14 +63,16 @@ def show_medium(
         plot_medium(read.medium, axes)
     for line in describe_bodies(read.medium):
         say(line)
-    say_written([save_figure(figure, target)])
+    write_all((target, lambda path: save_figure(figure, path)))
 
 
 def _target(case: Path, output: Path | None, what: str) -> Path:
     from flatpunch._support.whole_file import check_target
 
-    check_target("--output", output, PICTURES)
-    return output if output is not None else case.with_name(f"{case.stem}-{what}.png")
+    if output is None:
+        output = case.with_name(f"{case.stem}-{what}.png")
+        check_target("--output", output, PICTURES, chosen=True)
+    return output
 
 
 def _read(path: Path) -> Case | FitCase:

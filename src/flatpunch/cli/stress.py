@@ -9,16 +9,16 @@ import typer
 
 from flatpunch.cli.terminal import (
     CaseFile,
+    NetCDFOption,
+    Output,
     PlotOption,
     StyleOption,
-    check_targets,
     command,
     drawn,
     progress,
     say,
     say_notes,
     say_table,
-    say_written,
     write_all,
 )
 
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 @command("stress")
 def stress(
     case: CaseFile,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF).")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Table of the points as CSV.")] = None,
+    output: NetCDFOption = None,
+    csv: Annotated[Path | None, typer.Option(help="Table of the points as CSV."), Output((".csv",))] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
@@ -40,24 +40,21 @@ def stress(
     A table [bold]stress[/bold] of the case file names points, friction, residual stresses and strengths; without it
     the section y = 0 is shown.
     """
-    check_targets(plot, csv, output, (".nc",))
     from flatpunch.files import read_case, save
     from flatpunch.files.results import write
     from flatpunch.files.stresses import stress_csv, stresses
 
     read = read_case(case)
-    with progress(read.title or "Stress", 1 + sum(path is not None for path in (output, csv, plot))) as step:
+    with progress(read.title or "Stress", 1) as step:
         step("solving")
         found = stresses(read)
-        about = {"strengths": found.strengths, "title": read.title, "style": style}
-        written = write_all(
-            step,
-            (output, lambda path: save(found.fields, path)),
-            (csv, lambda path: write(path, stress_csv(found.fields).encode("utf-8"))),
-            (plot, drawn("plots.fields:figure", found.fields, read.medium, read.indenter, found.contact, **about)),
-        )
     _print(read, found)
-    say_written(written)
+    about = {"strengths": found.strengths, "title": read.title, "style": style}
+    write_all(
+        (output, lambda path: save(found.fields, path)),
+        (csv, lambda path: write(path, stress_csv(found.fields).encode("utf-8"))),
+        (plot, drawn("plots.fields:figure", found.fields, read.medium, read.indenter, found.contact, **about)),
+    )
 
 
 def _print(case: Case, found: Stresses) -> None:

@@ -13,17 +13,16 @@ from rich.console import Console
 from flatpunch._support.messages import toml
 from flatpunch.cli.terminal import (
     CaseFile,
+    NetCDFOption,
+    Output,
     PlotOption,
     StyleOption,
-    check_targets,
     command,
     drawn,
     friendly,
     progress,
-    quiet,
     say,
     say_table,
-    say_written,
     write_all,
 )
 
@@ -42,9 +41,11 @@ def sweep(
             show_default="the table [vary] of the case file",
         ),
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF).")] = None,
+    output: NetCDFOption = None,
     csv: Annotated[
-        Path | None, typer.Option(help="Table as CSV, a line for each point and step, besides the output.")
+        Path | None,
+        typer.Option(help="Table as CSV, a line for each point and step, besides the output."),
+        Output((".csv",)),
     ] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
@@ -70,7 +71,6 @@ def sweep(
     With an output, finished points are kept beside it (study.points): after an interruption the same command goes on from
     there, and with more values it solves only the new ones. Delete that folder when the study is done.
     """
-    check_targets(plot, csv, output, (".nc",))
     wanted = _wanted(vary) if vary else None
     from flatpunch._support.progress import listening
     from flatpunch.sweeps.study import sweep as solve
@@ -101,33 +101,37 @@ def _finish(
     quantity: str | None,
     step: int,
 ) -> None:
-    """Write what was asked for, then print: a picture that cannot be drawn costs no result."""
+    """Print, then write what was asked for."""
     from flatpunch.files import save
     from flatpunch.sweeps.table import save_table
 
-    written = write_all(quiet, (output, lambda path: save(result, path)), (csv, lambda path: save_table(result, path)))
     failed = int((result["status"] == "failed").sum())
     if failed < result["status"].size:
-        written += write_all(quiet, (picture[0], lambda path: _draw(result, path, picture[1], quantity, step)))
         _print(result, quantity, step)
     say(f"{result['status'].size} points, {failed} failed.")
     out = Console()
     for line in _failures(result)[:5]:
         out.print(line, style="red", markup=False, highlight=False, soft_wrap=True)
-    say_written(written)
+    drawable = picture[0] if failed < result["status"].size else None
+    write_all(
+        (output, lambda path: save(result, path)),
+        (csv, lambda path: save_table(result, path)),
+        (drawable, lambda path: _draw(result, path, picture[1], quantity, step)),
+    )
     if failed == result["status"].size:
         raise typer.Exit(1)
 
 
-def _draw(result: xr.Dataset, path: Path, style: str, quantity: str | None, step: int) -> Path:
+def _draw(result: xr.Dataset, path: Path, style: str, quantity: str | None, step: int) -> None:
     from flatpunch.plots.style import style_of
     from flatpunch.sweeps.failure import is_map
 
     chosen = style_of(style)
     sizes = {} if chosen.width is None else {"width": chosen.width, "settings": chosen.settings}
     if is_map(result, quantity):
-        return drawn("sweeps.failure:map_figure", result, **sizes)(path)
-    return drawn("sweeps.picture:figure", result, quantity=quantity, step=step, **sizes)(path)
+        drawn("sweeps.failure:map_figure", result, **sizes)(path)
+    else:
+        drawn("sweeps.picture:figure", result, quantity=quantity, step=step, **sizes)(path)
 
 
 def _print(result: xr.Dataset, quantity: str | None, step: int) -> None:

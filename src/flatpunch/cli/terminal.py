@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import codecs
 import functools
+import io
 import os
 import signal
 import sys
@@ -17,15 +18,17 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, Literal, Protocol, TextIO
+from typing import Annotated, Any, Literal, Protocol, TextIO, get_type_hints
 
 import typer
 from rich.console import Console
 
 from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.command_files import Conflict, command_files
 from flatpunch._support.messages import message, wants_traceback
 from flatpunch.cli.examples import examples
 
@@ -41,14 +44,34 @@ app = typer.Typer(
     "for you to change.",
 )
 
+PICTURES = (".png", ".pdf", ".svg")
+"""Endings of pictures."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """Marks the option of a file that a command writes, with the endings that it may have."""
+
+    endings: tuple[str, ...]
+
+
 CaseFile = Annotated[Path, typer.Argument(metavar="CASE.toml", help="Case file.", show_default=False)]
 StyleOption = Annotated[
     Literal["screen", "one-column", "two-columns"],
     typer.Option("--style", help="Sizes of the picture: for the screen, or one or two columns of a journal."),
 ]
-PlotOption = Annotated[Path | None, typer.Option("--plot", help="Picture: .png, .pdf or .svg.")]
-PICTURES = (".png", ".pdf", ".svg")
-"""Endings of pictures."""
+PlotOption = Annotated[Path | None, typer.Option("--plot", help="Picture: .png, .pdf or .svg."), Output(PICTURES)]
+ResultOption = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv."), Output((".nc", ".csv"))
+]
+NetCDFOption = Annotated[
+    Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF)."), Output((".nc",))
+]
+REPLACED = (
+    "Outputs replace files of the same name without asking, but never a file that the command reads or one that is "
+    "write-protected."
+)
+"""What the help of every command with outputs says."""
 
 _SILENCE = 30.0
 """Seconds without a word after which a command that is not on a terminal says what it does."""
@@ -62,31 +85,42 @@ Command = Callable[..., None]
 def command(
     name: str, into: typer.Typer = app, *, interrupted: str = "No file was left half-written."
 ) -> Callable[[Command], Command]:
-    """Register a command under its name, "atlas show", with its examples and with readable messages for all that goes wrong."""
+    """Register a command under its name, "atlas show", with its examples and with readable messages for all that goes wrong.
+
+    Its outputs, options marked as `Output`, are announced before it begins.
+    """
 
     def register(function: Command) -> Command:
+        outputs = outputs_of(function)
+
         @functools.wraps(function)
         def run(*arguments: Any, **options: Any) -> None:
-            with friendly(interrupted):
+            from flatpunch._support.whole_file import check_target
+
+            with friendly(interrupted), command_files():
+                for option, (flag, endings) in outputs.items():
+                    if options.get(option) is not None:
+                        check_target(flag, options[option], endings)
                 function(*arguments, **options)
 
         # the terminal wraps paragraphs at its own width; of the lines of a docstring it would keep the ends too
         text = "\n\n".join(" ".join(part.split()) for part in (function.__doc__ or "").split("\n\n"))
+        text += f"\n\n{REPLACED}" if outputs else ""
         into.command(name.rpartition(" ")[2], epilog=examples(name), help=text)(run)
         return function
 
     return register
 
 
-def check_targets(
-    plot: Path | None = None, csv: Path | None = None, output: Path | None = None, endings: tuple[str, ...] = ()
-) -> None:
-    """Refuse endings and folders that cannot work before anything is solved; `endings` are those of the output."""
-    from flatpunch._support.whole_file import check_target
-
-    check_target("--output", output, endings)
-    check_target("--csv", csv, (".csv",))
-    check_target("--plot", plot, PICTURES)
+def outputs_of(function: Command) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Outputs of a command: parameter -> option and endings."""
+    hints = get_type_hints(function, include_extras=True)
+    return {
+        name: (f"--{name}", mark.endings)
+        for name, hint in hints.items()
+        for mark in getattr(hint, "__metadata__", ())
+        if isinstance(mark, Output)
+    }
 
 
 class Step(Protocol):
@@ -111,10 +145,11 @@ def friendly(
         raise typer.Exit(INTERRUPTED) from None
     except (typer.Exit, typer.Abort, BrokenPipeError):
         raise
-    except Exception as error:
+    except (Exception, Conflict) as error:
         if wants_traceback():
             raise
-        typer.echo(f"Error: {message(error, program)}", err=True)
+        for each in getattr(error, "exceptions", (error,)):
+            typer.echo(f"Error: {message(each, program)}", err=True)
         raise typer.Exit(2) from None
 
 
@@ -167,27 +202,32 @@ def say(text: str) -> None:
     Console().print(text, markup=False, highlight=False, soft_wrap=True)
 
 
-def say_written(paths: Iterable[Path]) -> None:
-    """Name the files that were written, if any."""
-    names = ", ".join(map(str, paths))
-    if names:
-        say(f"Written: {names}")
+def write_all(*wanted: tuple[Path | None, Callable[[Path], object]], bar: bool = True) -> None:
+    """Write the files that were asked for, each by its function, and print which were written.
 
-
-def write_all(step: Step, *wanted: tuple[Path | None, Callable[[Path], Path]]) -> list[Path]:
-    """Write the files that were asked for, each by its function, and return them."""
+    Each is tried, whatever has become of the others; what goes wrong is raised at the end.
+    """
     given = [(path, write) for path, write in wanted if path is not None]
-    written = []
-    for path, write in given:
-        step(f"{'drawing' if path.suffix.lower() in PICTURES else 'writing'} {path.name}")
-        written.append(write(path))
-    return written
+    failed: dict[Path, Exception] = {}
+    with progress("Output", len(given)) if bar and given else nullcontext(quiet) as step:
+        for path, write in given:
+            step(f"{'drawing' if path.suffix.lower() in PICTURES else 'writing'} {path.name}")
+            try:
+                write(path)
+            except Exception as error:
+                failed[path] = error
+    for title, paths in (("Written", [p for p, _ in given if p not in failed]), ("Not written", list(failed))):
+        if paths:
+            say(f"{title}: {', '.join(map(str, paths))}")
+    if failed:
+        errors = list(failed.values())
+        raise errors[0] if len(errors) == 1 else ExceptionGroup("files that were not written", errors)
 
 
-def drawn(function: str, *arguments: Any, **options: Any) -> Callable[[Path], Path]:
+def drawn(function: str, *arguments: Any, **options: Any) -> Callable[[Path], object]:
     """Draw with a function of the package, "fit.pictures:fit_figure", which is loaded when there is a picture to write."""
 
-    def write(path: Path) -> Path:
+    def write(path: Path) -> object:
         from flatpunch.plots.result import save_figure
 
         module, name = function.split(":")
@@ -238,23 +278,43 @@ def prepare() -> None:
     warnings.showwarning = _note
 
 
-def finish() -> str | None:
-    """Write out what is buffered; report what went wrong, and leave nothing for Python to write when it ends."""
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:
-        _silence()
-        raise
-    except OSError as error:
-        _silence()
-        return f"standard output: {error.strerror or type(error).__name__}."
-    return None
+class _Lasting(io.TextIOWrapper):
+    """A stream whose reader may be gone, or its disk full: the command goes on and writes its files, what it prints is lost."""
+
+    error: OSError | None = None
+
+    def write(self, text: str) -> int:
+        return int(self._tried(functools.partial(super().write, text), len(text)))
+
+    def flush(self) -> None:
+        self._tried(super().flush, None)
+
+    def _tried(self, write: Callable[[], Any], lost: Any) -> Any:
+        if self.error is None:
+            try:
+                return write()
+            except OSError as error:
+                self.error = error
+                # nothing is left to Python to write when it ends
+                nowhere = os.open(os.devnull, os.O_WRONLY)
+                os.dup2(nowhere, self.fileno())
+                os.close(nowhere)
+        return lost
 
 
-def _silence() -> None:
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
-    os.close(nowhere)
+def finish() -> int:
+    """Write out what is buffered; return a status other than 0 if a stream could not be written, and say so on the other one."""
+    status = 0
+    for name, stream, other in (("output", sys.stdout, sys.stderr), ("error", sys.stderr, sys.stdout)):
+        stream.flush()
+        error = getattr(stream, "error", None)
+        if isinstance(error, BrokenPipeError) and name == "output":
+            # whoever read the output has had enough, as `head` has
+            return INTERRUPTED - signal.SIGINT + getattr(signal, "SIGPIPE", signal.SIGINT)
+        if error is not None:
+            print(f"Error: standard {name}: {error.strerror or type(error).__name__}.", file=other, flush=True)
+            status = 2
+    return status
 
 
 def _note(
@@ -275,10 +335,11 @@ def _note(
 def _usable(stream: TextIO | None) -> TextIO:
     if stream is None:
         return open(os.devnull, "w", encoding="utf-8")
-    reconfigure = getattr(stream, "reconfigure", None)
-    if reconfigure is not None:
-        reconfigure(errors=_HANDLER)
-    return stream
+    if not isinstance(stream, io.TextIOWrapper):
+        # of a program that has put its own in their place
+        return stream
+    encoding, buffering, through = stream.encoding, stream.line_buffering, stream.write_through
+    return _Lasting(stream.detach(), encoding, _HANDLER, line_buffering=buffering, write_through=through)
 
 
 def _in_ascii(error: UnicodeError) -> tuple[str, int]:

@@ -19,7 +19,7 @@ from flatpunch._support.checks import BadValue, shown
 from flatpunch._support.prefixes import readable as readable
 from flatpunch._support.prefixes import text as text
 
-_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
+_NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)\s*(.*?)\s*", re.DOTALL)
 
 _DECIMAL_COMMA = re.compile(r"\s*([+-]?[0-9]+),([0-9]+(?:[eE][+-]?[0-9]+)?(?:\s*[^\s0-9,].*)?)", re.DOTALL)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.paths import Plain
-from flatpunch._support.reading import as_path
+from flatpunch._support.reading import as_path, is_file
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.files.readers import AFM, EXCEL, TEXT, curves_in
 from flatpunch.fit.measured.files.unpacked import by_number
@@ -52,15 +53,25 @@ def listed(curves: Iterable[Curve | str | Path], reading: Plain | None = None) -
 
 
 def files_in(folder: str | Path) -> list[Path]:
-    """Files of a folder that can be read as curves, in order."""
+    """Files of a folder that can be read as curves, in order; tables that a fit has written there are none."""
     folder = Path(folder)
     # files without an ending are read when they are named; in a folder they may be anything
     known = {ending for ending in (*TEXT, *EXCEL, *AFM, ".zip") if ending}
-    files = (p for p in folder.iterdir() if p.suffix.lower() in known and p.is_file())
+    files = (p for p in folder.iterdir() if p.suffix.lower() in known and not _is_table(p) and is_file(p))
     found = sorted(files, key=lambda path: by_number(path.name))
     if not found:
         raise ValueError(f"{folder}: no files of curves ({', '.join(filter(None, (*TEXT, *EXCEL, *AFM)))}).")
     return found
+
+
+def _is_table(path: Path) -> bool:
+    """Whether a file is the table of a batch, by its titles."""
+    if path.suffix.lower() != ".csv" or not path.is_file():
+        return False
+    with suppress(OSError), path.open("rb") as file:
+        title = file.readline(1000)
+        return title.startswith(b"curve,") and b",ok,reason," in title
+    return False
 
 
 def on_grid(rows: Sequence[Plain]) -> list[Plain]:

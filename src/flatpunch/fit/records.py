@@ -48,8 +48,11 @@ class Records:
         self.known: dict[str, Plain] = {}
         self.reused = 0
         self._told = False
+        self._files: list[Path] = []
         for file in sorted(self.path.glob("*.json")):
-            self.known |= _whole(file)
+            if found := _whole(file):
+                self.known |= found
+                self._files.append(file)
 
     def keep(self, keys: Sequence[str | None], rows: Sequence[Plain]) -> None:
         """Keep the records of fitted curves; those without values are tried again by the next run."""
@@ -58,8 +61,9 @@ class Records:
             return
         with held():
             body = json.dumps(good, ensure_ascii=False).encode()
+            self._files.append(self.path / f"{content_key(sorted(good))}.json")
             try:
-                write_whole(self.path / f"{content_key(sorted(good))}.json", sealed(body))
+                write_whole(self._files[-1], sealed(body))
             except OSError as error:
                 # a full disk costs the resumption, not the fits
                 self._warn(error)
@@ -76,8 +80,8 @@ class Records:
             )
 
     def remove(self) -> None:
-        """Delete the records, and the folder if nothing else is in it."""
-        for file in self.path.glob("*.json"):
+        """Delete the records, files with a whole seal, and the folder if nothing else is in it."""
+        for file in self._files:
             file.unlink(missing_ok=True)
         with suppress(OSError):
             self.path.rmdir()
@@ -91,9 +95,11 @@ def _whole(file: Path) -> dict[str, Plain]:
         if not has_seal:
             raise BrokenSeal("it has no seal")
         found: dict[str, Plain] = json.loads(body)
-    except (BrokenSeal, Unreadable, ValueError, OSError) as error:
+        if file.stem != content_key(sorted(found)):
+            raise BrokenSeal("it is sealed, but no record of a batch")
+    except (Unreadable, ValueError, TypeError, OSError) as error:
         warnings.warn(
-            f"{file}: damaged or changed after it was written ({error}). Its curves are fitted again.",
+            f"{file}: damaged, or no record ({error}). Its curves are fitted again, and the file stays where it is.",
             FlatpunchWarning,
             stacklevel=4,
         )
