@@ -12,7 +12,6 @@ from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.plastic import refuse_plastic
 from flatpunch.fit.elastic.retract import FreeOfContact, free_of_contact
-from flatpunch.fit.judge.background import Background
 from flatpunch.fit.judge.judgement import FEWEST as IN_CONTACT
 from flatpunch.fit.judge.judgement import SURE, Fit, Judge, dip
 from flatpunch.fit.judge.notes import about_background, about_range, no_contact
@@ -154,7 +153,7 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
         lower[list(records[0].moduli)], upper[list(records[0].moduli)] = -np.inf, np.inf
         return lower, upper
 
-    given = None if settings.baseline == "auto" else Background(tilt=settings.baseline == "linear")
+    given = None if settings.baseline == "auto" else settings.baseline == "linear"
     whole = settings.depth_to is not None or settings.force_to is not None
     judge = Judge((records[0], records[1]), between, given, whole)
     fit = judge.best()

@@ -36,7 +36,7 @@ _FEWEST = 8
 
 @dataclass(frozen=True, slots=True)
 class Background:
-    """Size and memory of a process, whether it is smooth, and whether a tilt comes with it."""
+    """Size and memory of a process, whether it is smooth, and whether a tilt comes with it; without memory it is white."""
 
     size: float = 0.0
     memory: float = np.inf
@@ -49,6 +49,8 @@ class Background:
 
 
 def _kernel(x: Array, memory: float, smooth: bool) -> Array:
+    if memory == 0:
+        return np.eye(x.size)
     if np.isinf(memory):
         return np.asarray(np.minimum.outer(x, x))
     apart = np.abs(np.subtract.outer(x, x)) / memory
@@ -66,7 +68,9 @@ def _spectrum(nodes: int, memory: float, smooth: bool) -> tuple[Array, Array, Ar
     return np.maximum(values, 0.0), vectors, vectors.T @ np.column_stack([np.ones(nodes), x])
 
 
-def likeliest(x: Array, y: Array, variance: Array, *, smooth: bool = True, tilt: bool = True) -> Background:
+def likeliest(
+    x: Array, y: Array, variance: Array, *, smooth: bool = True, tilt: bool = True, given: bool | None = None
+) -> Background:
     """The process that forces without contact show: the largest of all likelihoods.
 
     Parameters
@@ -75,11 +79,13 @@ def likeliest(x: Array, y: Array, variance: Array, *, smooth: bool = True, tilt:
         Ascending positions, forces and variances of their white noise, over the ranges of the record.
     smooth, tilt : bool
         Whether smooth waves and a tilt are tried.
+    given : bool, optional
+        Whether the background is a tilted line, where the user has chosen one: what departs from it is white.
     """
     nodes = min(_NODES, x.size)
     way = float(x[-1] - x[0]) if x.size else 0.0
     if nodes < _FEWEST or not way > 0:
-        return Background()
+        return Background(tilt=bool(given))
     index = np.minimum(((x - x[0]) * (nodes / way)).astype(int), nodes - 1)
     weight = np.bincount(index, 1 / variance, nodes)
     filled = weight > 0
@@ -88,16 +94,17 @@ def likeliest(x: Array, y: Array, variance: Array, *, smooth: bool = True, tilt:
     noise = float(np.mean(1 / weight[filled]))
     best, found = -np.inf, Background()
     kinds = [(m, False) for m in _WALKS] + ([(m, True) for m in _WAVES] if smooth else [])
-    for memory, waves in kinds:
+    tilts = ((False, True) if tilt else (False,)) if given is None else (given,)
+    for memory, waves in kinds if given is None else [(0.0, False)]:
         values, vectors, lines = _spectrum(nodes, memory, waves)
         along = vectors.T @ means
         # a walk spreads over its way: the same size over a longer record
-        scale = 1.0 if waves else way
-        sizes = np.append(0.0, _SIZES) if memory == np.inf else _SIZES
+        scale = way if memory and not waves else 1.0
+        sizes = np.append(0.0, _SIZES) if memory in (0.0, np.inf) else _SIZES
         spread = noise + np.multiply.outer(sizes**2 * scale, values)
         # by Akaike's criterion: a process has two numbers, a tilt one
         prior = 2.0 * (sizes > 0) + 0.5 * (sizes / _USUAL) ** 2
-        for tilted in (False, True)[: 1 + tilt]:
+        for tilted in tilts:
             terms = lines[:, : 1 + tilted] * np.array([1.0, way])[: 1 + tilted]
             worth = _worth(spread, along, terms) - prior - tilted
             at = int(np.argmax(worth))

@@ -31,7 +31,7 @@ _ERRORS = (0.0, 0.01, 0.03, 0.1)
 _MOST = 0.7
 """A contact that explains less than this share of the rise that another explains is none."""
 _LITTLE = 0.12
-"""Share of the range of the force below which a contact may be part of the background."""
+"""Share of the range of the force below which what falls behind it may be part of the background."""
 _FOOT = 0.05
 """Share of the largest fitted force below which nothing ends the range: the soft foot of real contacts is no break."""
 _STARTS = (0.0, 1 / 3, 0.85)
@@ -115,15 +115,15 @@ class Judge:
         As measured, and with the sign of the force turned.
     limits : function
         Objective -> lower and upper limits of its unknowns.
-    given : Background or None
-        Chosen by the user: nothing is learnt.
+    given : bool or None
+        Whether the background is tilted, where the user has chosen it: what departs from it is white.
     whole : bool
         The range ends with the record, as the user has chosen it.
     """
 
     records: tuple[Record, Record]
     limits: Callable[[Objective], tuple[Array, Array]]
-    given: Background | None = None
+    given: bool | None = None
     whole: bool = False
     _seen: dict[tuple[Background, float, int | None], Found | None] = field(default_factory=dict)
 
@@ -131,16 +131,21 @@ class Judge:
         """The contact that the record shows; None without any."""
         found: list[Fit] = []
         tried: list[Background] = []
-        for part in (None, *_STARTS) if self.given is None else (0.0,):
-            if part is not None and part > 0.5 and max((f.most for f in found), default=0.0) > _LITTLE:
+
+        def explained() -> bool:
+            """Whether half of the rise is, or a fault ends the range; else the background or the model's error is larger."""
+            return any(f.most > 0.5 or (f.falls and f.most > _LITTLE) for f in found)
+
+        for part in (None, *_STARTS):
+            if part is not None and part > 0.5 and explained():
                 continue
-            background = Background() if part is None else self._settled(part)
+            background = Background(tilt=bool(self.given)) if part is None else self._settled(part)
             if background is None or background in tried:
                 continue
             tried.append(background)
             if (own := self._considered(background, _ERRORS[:-1])) is not None:
                 found.append(own)
-        if max((f.most for f in found), default=0.0) < _LITTLE:
+        if not explained():
             found += [f for b in tried if (f := self._considered(b, _ERRORS[-1:])) is not None]
         most = max((f.most for f in found), default=0.0)
         return max((f for f in found if f.most >= _MOST * most), key=lambda f: f.worth, default=None)
@@ -148,16 +153,14 @@ class Judge:
     def _settled(self, part: float) -> Background | None:
         """The background that the readings before the contact found over it show, beginning with a part of the record."""
         record = self.records[0]
-        if self.given is not None:
-            return self.given
-        background = record.learnt(int(np.searchsorted(record.x, part)))
+        background = record.learnt(int(np.searchsorted(record.x, part)), given=self.given)
         seen = [background]
         for _ in range(3):
             scans = [self._scan(Noise(background, error)) for error in _ERRORS[1:-1]]
             if not any(scans):
                 return None
             first = max((s for s in scans if s is not None), key=lambda s: s.worth)
-            background = record.learnt(int(np.searchsorted(record.objective.position, first.place)))
+            background = record.learnt(int(np.searchsorted(record.objective.position, first.place)), given=self.given)
             if background in seen:
                 break
             seen.append(background)

@@ -334,10 +334,10 @@ class Record:
                 x[objective.names.index(name)] = (value - offset) / unit
         return x
 
-    def learnt(self, touch: int, *, smooth: bool = True, tilt: bool = True) -> Background:
-        """The background that the first means show."""
+    def learnt(self, touch: int, *, smooth: bool = True, tilt: bool = True, given: bool | None = None) -> Background:
+        """The background that the first means show, see `likeliest`."""
         quiet = self.variance - (SHARE * self.y * self.give) ** 2
-        return likeliest(self.x[:touch], self.y[:touch], quiet[:touch], smooth=smooth, tilt=tilt)
+        return likeliest(self.x[:touch], self.y[:touch], quiet[:touch], smooth=smooth, tilt=tilt, given=given)
 
     def minimum(self, objective: Objective, x: Array, limits: tuple[Array, Array], end: int, white: Array) -> Minimum:
         """Least squares over the first means."""
