@@ -100,6 +100,11 @@ class Fit:
         return int(self.record.counts[self.touch : self.end].sum())
 
     @property
+    def foot(self) -> bool:
+        """Whether more of the rise lies beyond the range than in it."""
+        return self.departure is not None and self.departure.off > self.most
+
+    @property
     def falls(self) -> bool:
         """Whether the force falls below the model where the range ends: a fault; else only the foot of a contact was described."""
         return self.departure is not None and self.departure.off < -3 * SHARE * self.most
@@ -147,6 +152,8 @@ class Judge:
                 found.append(own)
         if not explained():
             found += [f for b in tried if (f := self._considered(b, _ERRORS[-1:])) is not None]
+        if not explained():
+            found += [f for b in tried if (f := self._considered(b, _ERRORS[-1:], self.records[0].size)) is not None]
         most = max((f.most for f in found), default=0.0)
         return max((f for f in found if f.most >= _MOST * most), key=lambda f: f.worth, default=None)
 
@@ -202,15 +209,18 @@ class Judge:
                 return found
         return found
 
-    def _considered(self, background: Background, errors: tuple[float, ...]) -> Fit | None:
-        """The fit with the smallest error of the model that describes much of what the largest error describes."""
+    def _considered(self, background: Background, errors: tuple[float, ...], end: int | None = None) -> Fit | None:
+        """The fit with the smallest error of the model that describes much of what the largest error describes.
+
+        Contacts that describe the record up to an `end` are tried where that is given.
+        """
         fits: list[Fit] = []
         for error in errors:
             noise = Noise(background, error)
-            first = self._scan(noise)
+            first = self._scan(noise, end)
             if first is None:
                 continue
-            made = self.fit(noise, first)
+            made = self.fit(noise, first, end)
             if made is not None:
                 fits.append(made)
                 if made.most > _MOST:

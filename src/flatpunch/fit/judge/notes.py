@@ -66,10 +66,11 @@ def about_background(fit: Fit) -> list[str]:
 def no_contact(part: Curve, fit: Fit | None, settings: Settings) -> CurveError:
     """Refusal of a record in which no contact stands out of the background."""
     seen = "" if fit is None else f", of which {fit.inside} rise by {text(fit.most * fit.record.range, 'N')}"
+    foot = " The force beyond rises by more than this contact explains." if fit is not None and fit.foot else ""
     begun = "The data begin in contact, and no baseline is seen. " if fit is not None and fit.touch <= 2 else ""
     straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
     return CurveError(
         f"{part.name}: no contact is to be seen: the background alone (baseline = {settings.baseline!r}) describes the "
-        f"{part.force.size} readings{seen}, as well. {begun}{straight if settings.baseline == 'linear' else ''}Press deeper, average, or "
+        f"{part.force.size} readings{seen}, as well.{foot} {begun}{straight if settings.baseline == 'linear' else ''}Press deeper, average, or "
         "check which column is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
     )
