@@ -28,6 +28,8 @@ _SIZES = np.geomspace(1e-3, 0.25, 16)
 """Sizes of a process over the range of the force; a larger process would swallow a contact."""
 _USUAL = 0.1
 """Size that the force without contact seldom exceeds, over the range of the force: standard deviation of the prior."""
+_UNBOUND = np.geomspace(1e-3, 1.0, 20)
+"""Sizes of a process that explains a whole record without contact."""
 _NODES = 64
 """Stretches over which the readings before the contact are averaged; more cost time only."""
 _FEWEST = 8
@@ -69,7 +71,14 @@ def _spectrum(nodes: int, memory: float, smooth: bool) -> tuple[Array, Array, Ar
 
 
 def likeliest(
-    x: Array, y: Array, variance: Array, *, smooth: bool = True, tilt: bool = True, given: bool | None = None
+    x: Array,
+    y: Array,
+    variance: Array,
+    *,
+    smooth: bool = True,
+    tilt: bool = True,
+    given: bool | None = None,
+    bound: bool = True,
 ) -> Background:
     """The process that forces without contact show: the largest of all likelihoods.
 
@@ -81,7 +90,10 @@ def likeliest(
         Whether smooth waves and a tilt are tried.
     given : bool, optional
         Whether the background is a tilted line, where the user has chosen one: what departs from it is white.
+    bound : bool
+        Whether the process is small beside the range of the force: before a contact, but not without one.
     """
+    usual, tried = (_USUAL, _SIZES) if bound else (np.inf, _UNBOUND)
     nodes = min(_NODES, x.size)
     way = float(x[-1] - x[0]) if x.size else 0.0
     if nodes < _FEWEST or not way > 0:
@@ -100,10 +112,10 @@ def likeliest(
         along = vectors.T @ means
         # a walk spreads over its way: the same size over a longer record
         scale = way if memory and not waves else 1.0
-        sizes = np.append(0.0, _SIZES) if memory in (0.0, np.inf) else _SIZES
+        sizes = np.append(0.0, tried) if memory in (0.0, np.inf) else tried
         spread = noise + np.multiply.outer(sizes**2 * scale, values)
         # by Akaike's criterion: a process has two numbers, a tilt one
-        prior = 2.0 * (sizes > 0) + 0.5 * (sizes / _USUAL) ** 2
+        prior = 2.0 * (sizes > 0) + 0.5 * (sizes / usual) ** 2
         for tilted in tilts:
             terms = lines[:, : 1 + tilted] * np.array([1.0, way])[: 1 + tilted]
             worth = _worth(spread, along, terms) - prior - tilted

@@ -26,6 +26,8 @@ _FAR = 6.0
 """Standard deviations of a reading that is left out."""
 SURE = 15.0
 """Gain in log-likelihood from which a contact is one: noise alone gives less in 1e4 records with 1e3 candidates each."""
+_LOOKED = 9.0
+"""Gain over a record without contact below which chance gives as much: logarithm of the contacts and ends that are tried."""
 _ERRORS = (0.0, 0.01, 0.03, 0.1)
 """Errors of a model over the largest force; the last only where the others describe little of the rise."""
 _MOST = 0.7
@@ -103,6 +105,15 @@ class Fit:
     def foot(self) -> bool:
         """Whether more of the rise lies beyond the range than in it."""
         return self.departure is not None and self.departure.off > self.most
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether the contact describes its range better than a background alone, as all readings show it, would.
+
+        One that began before the record is judged by the bend of the curve alone.
+        """
+        before = self.touch <= 2 and self.departure is None
+        return before or self.worth - self.record.without_contact(self.end) > _LOOKED
 
     @property
     def falls(self) -> bool:

@@ -339,6 +339,12 @@ class Record:
         quiet = self.variance - (SHARE * self.y * self.give) ** 2
         return likeliest(self.x[:touch], self.y[:touch], quiet[:touch], smooth=smooth, tilt=tilt, given=given)
 
+    def without_contact(self, end: int) -> float:
+        """Logarithm of the likelihood of the first means as the background that all means show, however large it is."""
+        quiet = self.variance - (SHARE * self.y * self.give) ** 2
+        background = likeliest(self.x, self.y, quiet, bound=False)
+        return float(self.worths(Noise(background), np.zeros(self.size))[end - 1])
+
     def minimum(self, objective: Objective, x: Array, limits: tuple[Array, Array], end: int, white: Array) -> Minimum:
         """Least squares over the first means."""
         part = objective.first(end, white)
