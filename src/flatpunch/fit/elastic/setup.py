@@ -157,8 +157,7 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
     whole = settings.depth_to is not None or settings.force_to is not None
     judge = Judge((records[0], records[1]), between, given, whole)
     fit = judge.best()
-    weak = fit is None or fit.gain < SURE or fit.inside < IN_CONTACT or fit.foot
-    if fit is None or weak or (given is None and not fit.stands_out):
+    if fit is None or fit.gain < SURE or fit.inside < IN_CONTACT or fit.foot or (given is None and not fit.stands_out):
         raise no_contact(part, fit, settings)
     upright = 1.0 if fit.record is records[0] else -1.0
     return Approached(

@@ -339,11 +339,17 @@ class Record:
         quiet = self.variance - (SHARE * self.y * self.give) ** 2
         return likeliest(self.x[:touch], self.y[:touch], quiet[:touch], smooth=smooth, tilt=tilt, given=given)
 
-    def without_contact(self, end: int) -> float:
-        """Logarithm of the likelihood of the first means as the background that all means show, however large it is."""
-        quiet = self.variance - (SHARE * self.y * self.give) ** 2
-        background = likeliest(self.x, self.y, quiet, bound=False)
-        return float(self.worths(Noise(background), np.zeros(self.size))[end - 1])
+    def alone(self) -> tuple[Array, float]:
+        """The record as a background alone, of any size: logarithms of the likelihood of its first means, and of a beginning.
+
+        The second is how much better the background of a beginning describes it than the background of the whole does, for the
+        beginning in which that is most: without contact, all of the record is of one kind.
+        """
+        quiet, still = self.variance - (SHARE * self.y * self.give) ** 2, np.zeros(self.size)
+        worths = self.worths(Noise(likeliest(self.x, self.y, quiet, bound=False)), still)
+        parts = np.unique(np.geomspace(8, max(self.size - 8, 8), 12).astype(int))
+        gains = [self.worths(Noise(self.learnt(n)), still)[n - 1] - worths[n - 1] for n in parts[parts <= self.size].tolist()]
+        return worths, float(max(gains, default=0.0))
 
     def minimum(self, objective: Objective, x: Array, limits: tuple[Array, Array], end: int, white: Array) -> Minimum:
         """Least squares over the first means."""
