@@ -415,7 +415,13 @@ def strays(force: Array, noise: float) -> Flags:
     blocks = np.array_split(np.abs(off), min(16, max(n // 50, 1)))
     spread = np.repeat([spread_of(b) for b in blocks], [b.size for b in blocks])
     bend = np.abs(np.gradient(calm)) * half / 3
-    out |= np.abs(off) > far * np.maximum(noise, spread) + bend + SHARE * float(np.ptp(calm))
+    away = np.abs(off) > far * np.maximum(noise, spread) + bend + SHARE * float(np.ptp(calm))
+    # the rise before a drop, and that out of a dip, are no jumps
+    turns = np.diff(away.astype(int), prepend=0, append=0)
+    for a, b in zip(np.flatnonzero(turns > 0).tolist(), np.flatnonzero(turns < 0).tolist(), strict=True):
+        jumps = [(a, a - 1, a)] * (a > 0) + [(b, b - 1, b - 1)] * (b < n)
+        away[a:b] = all(abs(force[i] - force[j]) > abs(off[k]) / 2 for i, j, k in jumps)
+    out |= away
     return out if out.sum() <= 0.1 * n else np.zeros(n, dtype=bool)
 
 
