@@ -384,7 +384,7 @@ def _film_table(result: FilmResult, path: Path) -> None:
     """Write the points of a film."""
     import pandas as pd
 
-    from flatpunch._support.whole_file import whole_file
+    from flatpunch._support.whole_file import write_whole
 
     points = result.points
     columns = {
@@ -394,5 +394,4 @@ def _film_table(result: FilmResult, path: Path) -> None:
         "apparent modulus [Pa]": points.apparent,
         "fitted modulus [Pa]": result.model,
     }
-    with whole_file(path) as temporary:
-        pd.DataFrame(columns).to_csv(temporary, index=False, na_rep="nan", lineterminator="\r\n")
+    write_whole(path, pd.DataFrame(columns).to_csv(index=False, na_rep="nan", lineterminator="\r\n").encode())
