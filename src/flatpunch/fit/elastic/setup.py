@@ -292,7 +292,9 @@ def _setup(
         notes=tuple(notes),
         coarse=coarse if settings.loss == "linear" else objective,
         other=other,
-        tilted=tilt if settings.baseline == "auto" else settings.baseline == "constant" and record.learnt(fit.touch).tilt,
+        tilted=tilt
+        if settings.baseline == "auto"
+        else settings.baseline == "constant" and record.learnt(fit.touch).tilt,
         doubtful=settings.baseline == "auto" and not tilt and fit.noise.background.size == 0 and fit.touch > 0,
     )
     if model.finite_strain is None:
