@@ -1,4 +1,4 @@
-"""From a curve and a model without adhesion to a least-squares problem: the approach, its contact, and the range that is fitted."""
+"""From a curve and a model without adhesion to a least-squares problem: approach, contact, and the range that is fitted."""
 
 from __future__ import annotations
 
@@ -338,18 +338,18 @@ def _adhesion(made: Approached, settings: Settings) -> tuple[Flags, list[str]]:
     force = size * made.fit.record.range
     if settings.adhesion == "refuse":
         raise CurveError(
-            f"{made.part.name}: the force dips {force:.3g} N below the baseline before it rises, {size / rise:.1%} of the largest "
-            f"force and {far:.0f} times what the force without contact does: the tip is pulled in. A model without adhesion would "
-            "put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the modulus is then still "
-            "biased by the adhesive force), or measure in a liquid that screens it. If the curve has a retract, "
+            f"{made.part.name}: the force dips {force:.3g} N below the baseline before it rises, {size / rise:.1%} of the "
+            f"largest force and {far:.0f} times what the force without contact does: the tip is pulled in. A model without "
+            "adhesion would put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the modulus "
+            "is then still biased by the adhesive force), or measure in a liquid that screens it. If the curve has a retract, "
             "work_of_adhesion fits the adhesion with the rest."
         )
     edges, place = made.fit.record.edges, np.flatnonzero(~made.out)
     first, last = int(edges[means.start]), int(edges[min(means.stop, edges.size - 1)])
     keep[place[first:last]] = False
     return keep, [
-        f"Adhesion: {force:.3g} N below the baseline; {last - first} points of the dip are left out. The modulus is biased by the "
-        "adhesive force that remains."
+        f"Adhesion: {force:.3g} N below the baseline; {last - first} points of the dip are left out. The modulus is biased by "
+        "the adhesive force that remains."
     ]
 
 

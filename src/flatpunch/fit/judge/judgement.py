@@ -46,7 +46,7 @@ FEWEST = 6
 
 
 class Departure(NamedTuple):
-    """Where the model ceases to describe the force: index of the mean, whether by a step, and how far the force is off [share]."""
+    """Where the model ceases to describe the force: index of the mean, whether by a step, how far the force is off [share]."""
 
     at: int
     step: bool
@@ -128,7 +128,7 @@ class Fit:
 
     @property
     def falls(self) -> bool:
-        """Whether the force falls below the model where the range ends: a fault; else only the foot of a contact was described."""
+        """Whether the force falls below the model where the range ends: a fault; else only the foot of a contact is described."""
         return self.departure is not None and self.departure.off < -3 * SHARE * self.most
 
 

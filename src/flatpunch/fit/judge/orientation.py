@@ -23,7 +23,7 @@ from flatpunch.fit.measured.signal import EXACT, wander
 Direction = Literal["auto", "growing", "falling"]
 
 _TURN = 0.02
-"""Share of the range of the position by which the tip must come back for a turn: drift and the settling of a stage are shorter."""
+"""Share of the range of the position by which the tip must come back for a turn: drift and settling of a stage are less."""
 _LEG = 0.5
 """Share of the longest leg from which a leg can be the approach."""
 _NOISE = 8.0
@@ -134,8 +134,8 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
             )
     if not chosen:
         raise CurveError(
-            f"{curve.name}: the tip turns every few readings: the rows are not in the order of the measurement. Sort them, or add "
-            "a column of times."
+            f"{curve.name}: the tip turns every few readings: the rows are not in the order of the measurement. Sort them, or "
+            "add a column of times."
         )
     several = sum(np.sign(ways[i]) == np.sign(ways[chosen[0]]) for i in chosen)
     for i in chosen:
@@ -144,9 +144,8 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
             if direction != "auto"
             else "the first way of at least half of the longest"
         )
-        more = (
-            f"The record has {several} loading cycles; cycle {1 + sum(j < i and ways[j] * ways[i] > 0 for j in chosen)} is fitted.",
-        )
+        before = sum(j < i and ways[j] * ways[i] > 0 for j in chosen)
+        more = (f"The record has {several} loading cycles; cycle {1 + before} is fitted.",)
         yield _found(
             curve, relative, float(np.sign(ways[i])), ends, legs, i, why, (*notes, *(more if several > 1 else ()))
         )
@@ -296,6 +295,6 @@ def leap_note(curve: Curve) -> tuple[str, ...]:
     if not far.size:
         return ()
     return (
-        f"The depth of {far.size} reading{'s' if far.size > 1 else ''} (the first is reading {int(far[0])}, counted from 0) is up to "
-        f"{text(float(size.max()), 'm')} away from its neighbours, farther than all others are apart: left out.",
+        f"The depth of {far.size} reading{'s' if far.size > 1 else ''} (the first is reading {int(far[0])}, counted from 0) is "
+        f"up to {text(float(size.max()), 'm')} away from its neighbours, farther than all others are apart: left out.",
     )

@@ -3,10 +3,10 @@
     F = A s(p - c) + b(p) + e + m
 
 over the position p of the cantilever's base: s the model's force at its present parameters, c the contact point, b the
-background (`background`), e white noise, m the model's own error, white and in proportion to the force that has been reached. One factor W
-with W C W^T = 1, C the covariance of b + e + m, makes readings and candidates white. It is triangular: the first n rows are the
-factor of the first n means, so that the likelihood of every contact and of every end of the described range comes from running
-sums of the same products.
+background (`background`), e white noise, m the model's own error, white and in proportion to the force that has been reached. A
+factor W with W C W^T = 1, C the covariance of b + e + m, makes readings and candidates white. It is triangular: the first n rows
+are the factor of the first n means, so that the likelihood of every contact and of every end of the described range comes from
+running sums of the same products.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _EXACT = 1e-7
 
 
 class Found(NamedTuple):
-    """A contact of the scan: its likelihood, amplitude, contact as a position of the base [m], sign of the force, end of the range, gain over none."""
+    """A contact of the scan: likelihood, amplitude, position of the base [m], sign of the force, end of the range, its gain."""
 
     worth: float
     amplitude: float
