@@ -340,9 +340,9 @@ def _adhesion(made: Approached, settings: Settings) -> tuple[Flags, list[str]]:
         raise CurveError(
             f"{made.part.name}: the force dips {force:.3g} N below the baseline before it rises, {size / rise:.1%} of the "
             f"largest force and {far:.0f} times what the force without contact does: the tip is pulled in. A model without "
-            "adhesion would put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the modulus "
-            "is then still biased by the adhesive force), or measure in a liquid that screens it. If the curve has a retract, "
-            "work_of_adhesion fits the adhesion with the rest."
+            "adhesion would put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the "
+            "modulus is then still biased by the adhesive force), or measure in a liquid that screens it. If the curve has a "
+            "retract, work_of_adhesion fits the adhesion with the rest."
         )
     edges, place = made.fit.record.edges, np.flatnonzero(~made.out)
     first, last = int(edges[means.start]), int(edges[min(means.stop, edges.size - 1)])
