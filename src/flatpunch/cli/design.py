@@ -74,12 +74,11 @@ def _table(found: Design, path: Path) -> None:
     """Write a line for each varied number, SI."""
     import pandas as pd
 
-    from flatpunch._support.whole_file import whole_file
+    from flatpunch._support.whole_file import write_whole
 
     columns = ["name", "unit", "start", "found", "low", "high", "at_bound"]
     rows = [[getattr(each, column) for column in columns] for each in found.values]
-    with whole_file(path) as temporary:
-        pd.DataFrame(rows, columns=columns).to_csv(temporary, index=False, lineterminator="\n")
+    write_whole(path, pd.DataFrame(rows, columns=columns).to_csv(index=False, lineterminator="\n").encode())
 
 
 def _print(title: str, found: Design) -> None:

@@ -374,7 +374,7 @@ def _numbered(option: str, path: Path | None, count: int) -> list[Path | None]:
 
 def _film_table(result: FilmResult, path: Path) -> None:
     """Write the points of a film."""
-    from flatpunch.files.results import write
+    from flatpunch._support.whole_file import write_whole
     from flatpunch.fit.report.table import csv_of
 
     points = result.points
@@ -387,4 +387,4 @@ def _film_table(result: FilmResult, path: Path) -> None:
     }
     units = {name: "Pa" if name.endswith("modulus") else "m" for name in columns}
     rows = zip(*(column.tolist() for column in columns.values()), strict=True)
-    write(path, csv_of([dict(zip(columns, row, strict=True)) for row in rows], units).encode())
+    write_whole(path, csv_of([dict(zip(columns, row, strict=True)) for row in rows], units).encode())

@@ -13,18 +13,16 @@ import json
 import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flatpunch._support import whole_file as _whole_file
 from flatpunch._support.checks import shown
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import Unreadable, as_path, content, shown_path
-from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed
+from flatpunch._support.whole_file import BrokenSeal, NotWritten, sealed, unsealed, write_whole
 from flatpunch.files.vtk import ENDINGS, vtk_bytes
 
 _STAMP = "flatpunch_version"
@@ -130,8 +128,10 @@ def digest(result: xr.Dataset) -> str:
 
 def write(path: Path, content: bytes) -> Path:
     """Write a file whole or not at all, and return its path; what goes wrong is a `ResultError`."""
-    with whole_file(path) as temporary:
-        temporary.write_bytes(content)
+    try:
+        write_whole(path, content)
+    except NotWritten as error:
+        raise ResultError(str(error)) from None
     return path
 
 
@@ -192,17 +192,6 @@ def from_netcdf(written: bytes) -> xr.Dataset:
     if wanted is not None and (not has_seal or digest(found) != wanted):
         raise BrokenSeal("its values are not those that were written")
     return found
-
-
-@contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
-    """Give a temporary file next to `path` that takes its place at the end; every failure is raised as a `ResultError`."""
-    path = as_path("path", path)
-    try:
-        with _whole_file.whole_file(path) as temporary:
-            yield temporary
-    except _whole_file.NotWritten as error:
-        raise ResultError(str(error)) from None
 
 
 def _format(path: Path) -> str:

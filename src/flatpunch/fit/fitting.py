@@ -168,7 +168,7 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
 
 def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup, found: Minimum) -> FitResult:
     """Result of a fit from its minimum: values, intervals and notes."""
-    if model.adhesive or not setup.settings.quick:
+    if model.adhesive:
         follows(setup, found, curve.name)
     start = found.x.copy()
     start[: len(model.free)] = model.start()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from flatpunch.files.results import whole_file
+from flatpunch.files.results import write
 from flatpunch.sweeps.failure import KINDS
 
 if TYPE_CHECKING:
@@ -85,10 +85,7 @@ def save_table(study: xr.Dataset, path: str | Path) -> Path:
     >>> print(save_table(study, "study.csv"))
     study.csv
     """
-    path = Path(path)
-    with whole_file(path) as temporary:
-        table(study).to_csv(temporary, index=False, lineterminator="\n")
-    return path
+    return write(Path(path), table(study).to_csv(index=False, lineterminator="\n").encode())
 
 
 def _heading(study: xr.Dataset, name: str) -> str:

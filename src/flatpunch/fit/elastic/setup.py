@@ -1,4 +1,4 @@
-"""From a curve and a model without adhesion to a least-squares problem: the approach, its contact, and the range that is fitted."""
+"""From a curve and a model without adhesion to a least-squares problem: approach, contact, and the range that is fitted."""
 
 from __future__ import annotations
 
@@ -157,8 +157,7 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
     whole = settings.depth_to is not None or settings.force_to is not None
     judge = Judge((records[0], records[1]), between, given, whole)
     fit = judge.best()
-    weak = fit is None or fit.gain < SURE or fit.inside < IN_CONTACT or fit.foot
-    if fit is None or weak or (given is None and not fit.stands_out):
+    if fit is None or fit.gain < SURE or fit.inside < IN_CONTACT or fit.foot or (given is None and not fit.stands_out):
         raise no_contact(part, fit, settings)
     upright = 1.0 if fit.record is records[0] else -1.0
     return Approached(
@@ -293,7 +292,9 @@ def _setup(
         notes=tuple(notes),
         coarse=coarse if settings.loss == "linear" else objective,
         other=other,
-        tilted=tilt if settings.baseline == "auto" else settings.baseline == "constant" and record.learnt(fit.touch).tilt,
+        tilted=tilt
+        if settings.baseline == "auto"
+        else settings.baseline == "constant" and record.learnt(fit.touch).tilt,
         doubtful=settings.baseline == "auto" and not tilt and fit.noise.background.size == 0 and fit.touch > 0,
     )
     if model.finite_strain is None:
@@ -337,18 +338,18 @@ def _adhesion(made: Approached, settings: Settings) -> tuple[Flags, list[str]]:
     force = size * made.fit.record.range
     if settings.adhesion == "refuse":
         raise CurveError(
-            f"{made.part.name}: the force dips {force:.3g} N below the baseline before it rises, {size / rise:.1%} of the largest "
-            f"force and {far:.0f} times what the force without contact does: the tip is pulled in. A model without adhesion would "
-            "put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the modulus is then still "
-            "biased by the adhesive force), or measure in a liquid that screens it. If the curve has a retract, "
-            "work_of_adhesion fits the adhesion with the rest."
+            f"{made.part.name}: the force dips {force:.3g} N below the baseline before it rises, {size / rise:.1%} of the "
+            f"largest force and {far:.0f} times what the force without contact does: the tip is pulled in. A model without "
+            "adhesion would put the contact point wrong. Use adhesion='above' to fit the part above the baseline only (the "
+            "modulus is then still biased by the adhesive force), or measure in a liquid that screens it. If the curve has a "
+            "retract, work_of_adhesion fits the adhesion with the rest."
         )
     edges, place = made.fit.record.edges, np.flatnonzero(~made.out)
     first, last = int(edges[means.start]), int(edges[min(means.stop, edges.size - 1)])
     keep[place[first:last]] = False
     return keep, [
-        f"Adhesion: {force:.3g} N below the baseline; {last - first} points of the dip are left out. The modulus is biased by the "
-        "adhesive force that remains."
+        f"Adhesion: {force:.3g} N below the baseline; {last - first} points of the dip are left out. The modulus is biased by "
+        "the adhesive force that remains."
     ]
 
 

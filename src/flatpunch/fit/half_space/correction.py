@@ -119,7 +119,9 @@ class Correction:
             f"in the report is {self.sensitivity:.1f} % in the layer)"
         )
         moduli = {"exact": self.young, **self.others}
-        rows = (Row(n, Estimate(v, np.nan), "Pa", self._remark(n, v) if n in self.others else "") for n, v in moduli.items())
+        rows = (
+            Row(n, Estimate(v, np.nan), "Pa", self._remark(n, v) if n in self.others else "") for n, v in moduli.items()
+        )
         return Rows(title, tuple(rows), notes=self.notes)
 
     def _remark(self, name: str, value: float) -> str:

@@ -46,7 +46,7 @@ FEWEST = 6
 
 
 class Departure(NamedTuple):
-    """Where the model ceases to describe the force: index of the mean, whether by a step, and how far the force is off [share]."""
+    """Where the model ceases to describe the force: index of the mean, whether by a step, how far the force is off [share]."""
 
     at: int
     step: bool
@@ -101,8 +101,9 @@ class Fit:
 
     @property
     def inside(self) -> int:
-        """Readings in contact in the range."""
-        return int(self.record.counts[self.touch : self.end].sum())
+        """Readings on the rise of the contact in the range; those of a step or a plateau are none."""
+        rise = self.force[self.touch : self.end] < 0.95 * self.force[self.end - 1]
+        return int(self.record.counts[self.touch : self.end][rise].sum())
 
     @property
     def foot(self) -> bool:
@@ -111,18 +112,23 @@ class Fit:
 
     @property
     def stands_out(self) -> bool:
-        """Whether the record is no background alone: its contact describes more than that, or it begins quieter than it goes on.
+        """Whether the record is no straight line, and no background alone.
 
-        A whole record over white noise needs no more than `gain`, and one that begins in contact shows it by its bend.
+        Its contact describes more than a background of any size, or it begins quieter than it goes on. A whole record over white
+        noise needs no more than `gain`, and one that begins in contact shows it by its bend.
         """
+        record, last = self.record, self.end - 1
+        line = record.worths(Noise(Background(tilt=True)), np.zeros(record.size))
+        if self.worth - line[last] < _LOOKED:
+            return False
         if self.departure is None and (self.touch <= 2 or self.noise.white):
             return True
-        alone, quieter = self.record.alone()
-        return bool(self.worth - alone[self.end - 1] > _LOOKED or quieter > _QUIET)
+        alone, quieter = record.alone()
+        return bool(self.worth - alone[last] > _LOOKED or quieter > _QUIET)
 
     @property
     def falls(self) -> bool:
-        """Whether the force falls below the model where the range ends: a fault; else only the foot of a contact was described."""
+        """Whether the force falls below the model where the range ends: a fault; else only the foot of a contact is described."""
         return self.departure is not None and self.departure.off < -3 * SHARE * self.most
 
 

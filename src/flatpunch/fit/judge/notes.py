@@ -37,8 +37,8 @@ def about_range(
         )
     if fit.noise.error:
         notes.append(
-            f"The model misses the force by about {fit.noise.error:.0%} of its largest value; the intervals contain this as noise, "
-            "not what a wrong model adds."
+            f"The model misses the force by about {fit.noise.error:.0%} of its largest value; the intervals contain this as "
+            "noise, not what a wrong model adds."
         )
     if seen is not None and seen[0] > _NOTED and abs(seen[2]) > 0.005:
         notes.append(
@@ -71,6 +71,7 @@ def no_contact(part: Curve, fit: Fit | None, settings: Settings) -> CurveError:
     straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
     return CurveError(
         f"{part.name}: no contact is to be seen: the background alone (baseline = {settings.baseline!r}) describes the "
-        f"{part.force.size} readings{seen}, as well.{foot} {begun}{straight if settings.baseline == 'linear' else ''}Press deeper, average, or "
-        "check which column is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
+        f"{part.force.size} readings{seen}, as well.{foot} {begun}"
+        f"{straight if settings.baseline == 'linear' else ''}Press deeper, average, or check which column "
+        "is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
     )

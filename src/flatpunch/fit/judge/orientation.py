@@ -23,7 +23,7 @@ from flatpunch.fit.measured.signal import EXACT, wander
 Direction = Literal["auto", "growing", "falling"]
 
 _TURN = 0.02
-"""Share of the range of the position by which the tip must come back for a turn: drift and the settling of a stage are shorter."""
+"""Share of the range of the position by which the tip must come back for a turn: drift and settling of a stage are less."""
 _LEG = 0.5
 """Share of the longest leg from which a leg can be the approach."""
 _NOISE = 8.0
@@ -116,13 +116,6 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
     curve, notes = _in_time(curve)
     relative = _relative_sign(curve)
     position = curve.turned(force=relative).position
-    unordered = CurveError(
-        f"{curve.name}: the tip turns every few readings: the rows are not in the order of the measurement. Sort them, or add "
-        "a column of times."
-    )
-    # from one reading to the next the tip goes nowhere near as far as over the record
-    if curve.segment is None and _NOISE * wander(position) > float(np.ptp(position)) / 2:
-        raise unordered
     ends, smooth = _legs(curve, position)
     ways = np.diff(smooth[ends])
     longest, legs = float(np.abs(ways).max()), list(pairwise(ends))
@@ -140,7 +133,10 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
                 "approach, or the whole cycle; direction = 'auto' lets the longest way decide."
             )
     if not chosen:
-        raise unordered
+        raise CurveError(
+            f"{curve.name}: the tip turns every few readings: the rows are not in the order of the measurement. Sort them, or "
+            "add a column of times."
+        )
     several = sum(np.sign(ways[i]) == np.sign(ways[chosen[0]]) for i in chosen)
     for i in chosen:
         why = (
@@ -148,9 +144,8 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
             if direction != "auto"
             else "the first way of at least half of the longest"
         )
-        more = (
-            f"The record has {several} loading cycles; cycle {1 + sum(j < i and ways[j] * ways[i] > 0 for j in chosen)} is fitted.",
-        )
+        before = sum(j < i and ways[j] * ways[i] > 0 for j in chosen)
+        more = (f"The record has {several} loading cycles; cycle {1 + before} is fitted.",)
         yield _found(
             curve, relative, float(np.sign(ways[i])), ends, legs, i, why, (*notes, *(more if several > 1 else ()))
         )
@@ -178,11 +173,7 @@ def _found(
         # noise of the position at which the tip has arrived; readings of a pause are short of it by noise only
         near = max(2 * wander(position), EXACT * float(np.ptp(position)))
         stop = legs[leg + 1][1] + 1 if leg + 1 < len(legs) else n
-        if curve.segment is not None:
-            # a cycle ends where a segment goes as far the same way again
-            ways = [float(turned.depth[b] - turned.depth[a]) for a, b in legs]
-            stop = next((a + 1 for (a, _), w in zip(legs, ways, strict=True) if a > begin and w > _LEG * ways[leg]), n)
-        elif leg + 2 >= len(legs):
+        if leg + 2 >= len(legs):
             stop = n
         way = position[begin : last + 1]
         end = last + 1 if curve.segment is not None else begin + int(np.argmax(way >= way.max() - near)) + 1
@@ -304,6 +295,6 @@ def leap_note(curve: Curve) -> tuple[str, ...]:
     if not far.size:
         return ()
     return (
-        f"The depth of {far.size} reading{'s' if far.size > 1 else ''} (the first is reading {int(far[0])}, counted from 0) is up to "
-        f"{text(float(size.max()), 'm')} away from its neighbours, farther than all others are apart: left out.",
+        f"The depth of {far.size} reading{'s' if far.size > 1 else ''} (the first is reading {int(far[0])}, counted from 0) is "
+        f"up to {text(float(size.max()), 'm')} away from its neighbours, farther than all others are apart: left out.",
     )

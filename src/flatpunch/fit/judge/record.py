@@ -3,10 +3,10 @@
     F = A s(p - c) + b(p) + e + m
 
 over the position p of the cantilever's base: s the model's force at its present parameters, c the contact point, b the
-background (`background`), e white noise, m the model's own error, white and in proportion to the force that has been reached. One factor W
-with W C W^T = 1, C the covariance of b + e + m, makes readings and candidates white. It is triangular: the first n rows are the
-factor of the first n means, so that the likelihood of every contact and of every end of the described range comes from running
-sums of the same products.
+background (`background`), e white noise, m the model's own error, white and in proportion to the force that has been reached. A
+factor W with W C W^T = 1, C the covariance of b + e + m, makes readings and candidates white. It is triangular: the first n rows
+are the factor of the first n means, so that the likelihood of every contact and of every end of the described range comes from
+running sums of the same products.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _EXACT = 1e-7
 
 
 class Found(NamedTuple):
-    """A contact of the scan: its likelihood, amplitude, contact as a position of the base [m], sign of the force, end of the range, gain over none."""
+    """A contact of the scan: likelihood, amplitude, position of the base [m], sign of the force, end of the range, its gain."""
 
     worth: float
     amplitude: float
@@ -348,7 +348,9 @@ class Record:
         quiet, still = self.variance - (SHARE * self.y * self.give) ** 2, np.zeros(self.size)
         worths = self.worths(Noise(likeliest(self.x, self.y, quiet, bound=False)), still)
         parts = np.unique(np.geomspace(8, max(self.size - 8, 8), 12).astype(int))
-        gains = [self.worths(Noise(self.learnt(n)), still)[n - 1] - worths[n - 1] for n in parts[parts <= self.size].tolist()]
+        gains = [
+            self.worths(Noise(self.learnt(n)), still)[n - 1] - worths[n - 1] for n in parts[parts <= self.size].tolist()
+        ]
         return worths, float(max(gains, default=0.0))
 
     def minimum(self, objective: Objective, x: Array, limits: tuple[Array, Array], end: int, white: Array) -> Minimum:
@@ -431,7 +433,9 @@ def white_noise(force: Array, step: float, edges: Indices | None = None) -> floa
     `edges` are those of means: the noise of the usual of them, so that the many readings of a hold do not decide.
     """
     fourth = np.diff(force, 4)
-    cuts = np.zeros(0, dtype=int) if edges is None else np.minimum(edges[:: max(edges.size // 16, 1)][1:-1], fourth.size)
+    cuts = (
+        np.zeros(0, dtype=int) if edges is None else np.minimum(edges[:: max(edges.size // 16, 1)][1:-1], fourth.size)
+    )
     blocks = [b for b in np.split(fourth, cuts) if b.size > 8]
     spread = float(np.median([spread_of(b) for b in blocks])) / float(np.sqrt(70)) if blocks else 0.0
     return float(max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force))))

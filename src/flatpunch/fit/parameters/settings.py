@@ -103,9 +103,9 @@ class Settings:
     contact : "free", float, (minimum, maximum) or {"min": ..., "max": ...}
         Contact point: fitted, given [m] on the curve's own depth axis, or fitted between limits.
     baseline : "auto", "constant", "linear" or "none"
-        Force without contact. By itself a constant or, where the readings before the contact show it, a tilt, and a random process
-        (drift, waves of interference) of the size that these readings show, which widens the intervals; else a constant, a
-        straight line, or zero, as the user says.
+        Force without contact. By itself a constant or, where the readings before the contact show it, a tilt, and a random
+        process (drift, waves of interference) of the size that these readings show, which widens the intervals; else a
+        constant, a straight line, or zero, as the user says.
     drag : "free" or float
         Hydrodynamic drag of the cantilever [N s/m]: force per speed of its base, fitted or given. Needs times, and to
         be fitted another speed than one: of the approach, or of a retraction that ends without contact.

@@ -168,7 +168,7 @@ def _undetected_tilts(problem: Problem, found: Minimum, curves: Sequence[int], s
 
 
 def _other_backgrounds(problem: Problem, found: Minimum) -> Array:
-    """Covariance that other backgrounds add, which the readings before the contact allow as well: a step to the minimum of each."""
+    """Covariance that other backgrounds add, which the readings before the contact allow: a step to the minimum of each."""
     added = np.zeros_like(found.normal)
     for i, setup in enumerate(problem.setups):
         if setup.other is None:

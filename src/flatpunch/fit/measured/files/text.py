@@ -12,7 +12,7 @@ from flatpunch.fit.measured.columns import WORDS, Table, names_a_curve
 from flatpunch.fit.measured.curve import CurveError
 from flatpunch.fit.measured.files.cells import NUMBER, Row, tables_of
 
-LARGEST = 500_000_000
+LARGEST = 200_000_000
 """Largest text file of a curve [bytes]."""
 
 _GROUPS = {
