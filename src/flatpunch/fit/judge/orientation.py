@@ -116,6 +116,13 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
     curve, notes = _in_time(curve)
     relative = _relative_sign(curve)
     position = curve.turned(force=relative).position
+    unordered = CurveError(
+        f"{curve.name}: the tip turns every few readings: the rows are not in the order of the measurement. Sort them, or "
+        "add a column of times."
+    )
+    # from one reading to the next the tip goes nowhere near as far as over the record
+    if curve.segment is None and _NOISE * wander(position) > float(np.ptp(position)) / 2:
+        raise unordered
     ends, smooth = _legs(curve, position)
     ways = np.diff(smooth[ends])
     longest, legs = float(np.abs(ways).max()), list(pairwise(ends))
@@ -133,10 +140,7 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
                 "approach, or the whole cycle; direction = 'auto' lets the longest way decide."
             )
     if not chosen:
-        raise CurveError(
-            f"{curve.name}: the tip turns every few readings: the rows are not in the order of the measurement. Sort them, or "
-            "add a column of times."
-        )
+        raise unordered
     several = sum(np.sign(ways[i]) == np.sign(ways[chosen[0]]) for i in chosen)
     for i in chosen:
         why = (
