@@ -177,7 +177,11 @@ def _found(
         # noise of the position at which the tip has arrived; readings of a pause are short of it by noise only
         near = max(2 * wander(position), EXACT * float(np.ptp(position)))
         stop = legs[leg + 1][1] + 1 if leg + 1 < len(legs) else n
-        if leg + 2 >= len(legs):
+        if curve.segment is not None:
+            # a cycle ends where a segment goes as far the same way again
+            ways = [float(turned.depth[b] - turned.depth[a]) for a, b in legs]
+            stop = next((a + 1 for (a, _), w in zip(legs, ways, strict=True) if a > begin and w > _LEG * ways[leg]), n)
+        elif leg + 2 >= len(legs):
             stop = n
         way = position[begin : last + 1]
         end = last + 1 if curve.segment is not None else begin + int(np.argmax(way >= way.max() - near)) + 1
