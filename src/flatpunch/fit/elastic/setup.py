@@ -124,10 +124,28 @@ def approached(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], s
         if made.fit.touch > 2 or made.fit.record.contacts[0] == made.fit.record.contacts[1]:
             return made
         begun = begun or made
+    if _contact_backwards(curve, model, limits, settings):
+        raise CurveError(
+            f"{curve.name}: no contact is to be seen on the approach, but one where the record is read backwards: this is a "
+            "retract. Give the approach, or the whole cycle."
+        )
     if begun is not None:
         return begun
     assert refused is not None
     raise refused
+
+
+def _contact_backwards(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> bool:
+    """Whether a record without a contact on its way shows one in the opposite order of its readings."""
+    if settings.direction != "auto" or settings.contact != "free":
+        return False
+    for found in approaches(replace(curve, time=None, segment=None).taken(slice(None, None, -1))):
+        try:
+            if _approached(found, model, limits, settings).fit.touch > 2:
+                return True
+        except CurveError:
+            continue
+    return False
 
 
 def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> Approached:
