@@ -1,83 +1,15 @@
-"""Files that laboratories reported, and others of the same kinds: what each must give."""
+"""Exports and curves of the kinds that laboratories reported, made here."""
 
 import numpy as np
 import pytest
 
-from flatpunch.fit import Curve, CurveError, fit, fit_batch, read_curve
-from flatpunch.fit.case import read_fit_case
+from flatpunch.fit import Curve, fit, fit_batch, read_curve
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
 from support.synthetic_curves import synthetic
 
 BEAD = Paraboloid(5e-6)
 BODY, START = HalfSpace(2e3, 0.5), HalfSpace(1e3, 0.5)
-
-
-def fitted(folder, name):
-    case = read_fit_case(folder / "case.toml")
-    curve = read_curve(folder / name, **case.reading)
-    return fit(curve, case.medium, case.indenter, case.free, **case.arguments)
-
-
-@pytest.mark.parametrize(
-    ("folder", "name", "tolerance"),
-    [
-        ("01_force_offset", "offset_0.csv", 0.005),
-        ("01_force_offset", "offset_1.csv", 0.005),
-        ("01_force_offset", "offset_2.csv", 0.005),
-        ("02_tilted_baseline", "tilt_0.2.csv", 0.005),
-        ("03_short_contact", "curve.csv", 0.03),
-    ],
-)
-def test_two_kilopascal(cases, folder, name, tolerance):
-    """Tolerance: the interval, rounded up."""
-    found = fitted(cases / folder, name).estimates["base.young"]
-    assert found.value == pytest.approx(2e3, rel=tolerance)
-    assert found.low <= 2e3 <= found.high
-
-
-def test_columns_are_those_of_the_indentation(cases):
-    read = " ".join(fitted(cases / "06_wrong_columns", "dma.txt").read)
-    assert "'Indent Disp.'" in read
-    assert "'Indent Load'" in read
-
-
-@pytest.mark.parametrize("name", ["results_first.xlsx", "three_tests.xlsx"])
-def test_all_tests_of_a_workbook(cases, name):
-    """Three tests that begin at the contact, loads as 1 : 2 : 3."""
-    case = read_fit_case(cases / "07_workbook" / "case.toml")
-    batch = fit_batch([cases / "07_workbook" / name], case.medium, case.indenter, case.free, workers=1)
-    assert not batch.failed
-    young = sorted(batch.column("base.young"))
-    np.testing.assert_allclose(np.array(young) / young[0], [1, 2, 3], rtol=1e-3)
-
-
-def test_a_dip_of_few_steps(cases):
-    with pytest.raises(CurveError, match=r"dips 4e-11 N below .* 4.0% of the largest force and 14 times the noise"):
-        fitted(cases / "08_digitised_force", "curve.csv")
-
-
-@pytest.mark.parametrize("case", ["case.toml", "case_as_advised.toml"])
-def test_blocks_are_curves(cases, case):
-    folder = cases / "09_blocks"
-    loaded = read_fit_case(folder / case)
-    batch = fit_batch(
-        [folder / "blocks.txt"], loaded.medium, loaded.indenter, loaded.free, workers=1, reading=loaded.reading
-    )
-    assert len(batch.rows) == 3
-    assert not batch.failed
-
-
-def test_signal_of_a_current(cases):
-    result = fitted(cases / "10_current_signal", "curve.txt")
-    assert result.used.size == 1000
-    assert 100 < result["base.young"] < 1e4
-
-
-def test_units_behind_underscores(cases):
-    result = fitted(cases / "13_underscore_units", "curve.csv")
-    assert "(nm)" in result.read[0]
-    assert "(uN)" in result.read[0]
 
 
 @pytest.mark.parametrize("first", ["free", "deep"])

@@ -6,6 +6,7 @@ error of the points left out where points are.
 """
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -206,19 +207,18 @@ def test_contact_between_limits_of_the_user():
 
 
 def test_wave_of_laser_interference():
-    """A sine on the background, of unknown wavelength, amplitude 5 % of the rise: fitted, and said where it is not."""
+    """A wave on the background, amplitude 5 % of the rise: within 20 %, the truth in the interval, and said."""
     curve, case, _ = elastic()
     long = synthetic(GEL, TIP, 0.4e-6, points=1200, contact=3e-8)
     z = np.linspace(-2e-6, 0, 4000, endpoint=False) - 0.2e-6 + 3e-8
     rng = np.random.default_rng(3)
     curve = Curve(np.append(z, long.depth), np.append(0.01 * long.force.max() * rng.normal(size=4000), long.force))
     wave = 0.05 * curve.force.max() * np.sin(2 * np.pi * curve.depth / 4e-7 + 0.7)
-    waving = dataclasses.replace(curve, force=curve.force + wave)
-    found = fit(waving, *case, baseline="sine")
-    assert found["wavelength"] == pytest.approx(4e-7, rel=0.01)
+    found = fit(dataclasses.replace(curve, force=curve.force + wave), *case)
     estimate = found.estimates["layers[0].young"]
-    assert abs(estimate.value - 5e3) < 4 * estimate.stderr
-    assert any("baseline = 'sine'" in note for note in fit(waving, *case).notes)
+    assert estimate.low < 5e3 < estimate.high
+    assert estimate.value == pytest.approx(5e3, rel=0.2)
+    assert any("The force without contact waves by about" in note for note in found.notes)
 
 
 def test_drag_of_the_liquid():
@@ -240,7 +240,7 @@ def test_drag_of_the_liquid():
 @pytest.mark.parametrize("spring", [None, 0.05])
 @pytest.mark.parametrize("tops", [(1, 1), (0.5, 1), (0.2, 0.4, 0.6, 0.8, 1)])
 def test_several_cycles_are_never_glued_together(tops, spring):
-    """Without segments in the file the largest approach is fitted, and said to be; with them the same one."""
+    """The first advance of at least half of the longest is fitted, and said to be."""
     corners = [-1.0, *np.array([(top, -1.0) for top in tops]).ravel()]
     way = np.interp(np.linspace(0, len(corners) - 1, 400 * len(corners)), np.arange(len(corners)), corners) * 4e-7
     force = indent(GEL, TIP, depth=np.maximum(way, 0), angles=8)["force"].values
@@ -249,5 +249,5 @@ def test_several_cycles_are_never_glued_together(tops, spring):
     found = fit(curve, START, TIP, ["layers[0].young"], quick=True)
     estimate = found.estimates["layers[0].young"]
     assert abs(estimate.value - 5e3) < 4 * estimate.stderr
-    assert f"has {len(tops)} loading cycles; the largest approach" in " ".join(found.notes)
+    assert re.search(r"The record has \d loading cycles; cycle 1 is fitted", " ".join(found.notes))
     assert found.curve.depth.size < 600

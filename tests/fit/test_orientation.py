@@ -42,10 +42,14 @@ def test_a_start_that_goes_back_is_no_turn(back):
 
 
 def test_a_retract_longer_than_the_approach_is_none():
-    depth = np.concatenate([np.linspace(-2e-7, 5e-7, 400), np.linspace(5e-7, -1.5e-6, 1000)])
-    # the approach goes less than half as far, and is the only leg over which the force rises
-    depth = np.concatenate([np.linspace(-5e-7, 5e-7, 600), depth[400:]])
-    assert modulus(noisy(depth, hertz(depth)))[0] == pytest.approx(1, rel=0.005)
+    """Of both signs of depth and force; a retract alone is refused as one."""
+    back = np.linspace(5e-7, -1.5e-6, 1000)
+    depth = np.concatenate([np.linspace(-7e-7, 5e-7, 600), back])
+    whole, alone = noisy(depth, hertz(depth)), noisy(back, hertz(back))
+    for signs in itertools.product((1.0, -1.0), (1.0, -1.0)):
+        assert modulus(whole.turned(*signs))[0] == pytest.approx(1, rel=0.005)
+        with pytest.raises(CurveError, match="this is a retract"):
+            modulus(alone.turned(*signs))
 
 
 @pytest.mark.parametrize("nose", [False, True])
@@ -66,9 +70,9 @@ def test_a_load_ramp_ends_where_the_load_stops_growing(nose, segments):
     number = np.repeat(np.arange(len(parts)), [p[0].size for p in parts]).astype(float)
     curve = noisy(*map(np.concatenate, zip(*parts, strict=True)), segment=number if segments else None)
     ratio, found = modulus(curve)
-    assert ratio == pytest.approx(1, rel=0.005)
-    # what is fitted ends with the ramp, by the segments of the file or where the model ceases to describe the force
-    assert abs(found.used.size - 1000) <= 3 if segments else found.used.size <= 1005
+    # by the segments of the file, or where the model ceases to describe the force by more than it may be off
+    assert ratio == pytest.approx(1, rel=0.005 if segments else 0.01)
+    assert found.used.size <= 1003 + 20 * (not segments)
 
 
 @pytest.mark.parametrize("noise", [0.003, 0.01, 0.03])
@@ -84,8 +88,8 @@ def test_a_noisy_load_that_is_held(noise, hold):
         force = np.concatenate([np.zeros(free.size), load, np.full(hold, top)])
         curve = Curve(depth, force + noise * top * rng.normal(size=force.size))
         estimate = fit(curve, START, TIP, ["base.young"], quick=True).estimates["base.young"]
-        # 1 % is what the model may be off where the hold creeps by less than its noise
-        assert abs(estimate.value - GEL.young) < 4 * estimate.stderr + 0.01 * GEL.young
+        # a hold that creeps by less than its noise differs from the ramp by no more than the model may be off
+        assert abs(estimate.value - GEL.young) < max(4 * estimate.stderr, 0.03 * GEL.young)
 
 
 def test_the_direction_can_be_given():

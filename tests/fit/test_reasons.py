@@ -73,7 +73,7 @@ def test_a_tilt_that_nothing_shows(name, begin):
 @pytest.mark.parametrize("share", [0.3, 0.8])
 @pytest.mark.parametrize("periods", [1.75, 3.3, 6.5])
 def test_a_wave_on_the_background(periods, share, spring):
-    """Half a per cent of noise, a wave of 8 %, and a tilt: neither saturated nor a retract, and the modulus is right."""
+    """Half a per cent of noise, a wave of 8 %, and a tilt: within 20 %, or the truth is in the interval."""
     last = np.array([4e-7])
     if spring is not None:
         last = last + indent(GEL, Sphere(3e-6), depth=last, angles=8)["force"].values / spring
@@ -86,10 +86,9 @@ def test_a_wave_on_the_background(periods, share, spring):
     read = read + rise * (0.08 * np.sin(2 * np.pi * periods * along + 1) + 0.1 * along - 2)
     read = read + 0.005 * rise * np.random.default_rng(5).normal(size=1500)
     curve = Curve(way, read) if spring is None else Curve.from_piezo(way, read, spring)
-    found = fitted("gel", curve, baseline="sine")
-    # interpolation of the curve without noise is good to 1e-4
-    assert abs(found.value - 5e3) < 4 * found.stderr + 5.0
-    assert found.stderr < 0.1 * 5e3
+    found = fitted("gel", curve)
+    assert abs(found.value - 5e3) < 4 * found.stderr
+    assert found.stderr < 0.2 * 5e3
 
 
 @pytest.mark.parametrize("spring", [None, 0.05])
@@ -146,7 +145,7 @@ def test_minimum_of_a_bent_valley(steep):
 @pytest.mark.parametrize("spring", [None, 0.05, 0.005])
 @pytest.mark.parametrize(("level", "noise"), [(0.5, 0.1), (0.8, 0.03), (0.8, 0.0), (2.0, 0.002), (2.0, 0.0)])
 def test_saturation_with_noise(spring, level, noise):
-    """The force stays at a share of what the contact would reach; above it nothing is cut, and nothing is refused."""
+    """The force stays at a share of what the contact would reach: left out and said; above it nothing is cut."""
     depth = np.linspace(-1e-6, 4e-7, 1500)
     force = indent(GEL, Sphere(3e-6), depth=np.maximum(depth, 0), angles=8)["force"].values
     piezo = depth if spring is None else depth + force / spring
@@ -154,13 +153,12 @@ def test_saturation_with_noise(spring, level, noise):
     force = np.minimum(np.interp(way, piezo, force), level * force.max())
     force = force + noise * force.max() * np.random.default_rng(0).normal(size=500)
     curve = Curve(way, force) if spring is None else Curve.from_piezo(way, force, spring)
-    if level < 1:
-        with pytest.raises(CurveError, match="the detector is saturated"):
-            fitted("gel", curve)
-    else:
-        found = fitted("gel", curve)
-        # interpolation of the curve without noise is good to 1e-4
-        assert abs(found.value - 5e3) < 4 * found.stderr + 5.0
+    _, start, tip, free = CASES["gel"]
+    result = fit(curve, start, tip, [free], quick=True)
+    found = result.estimates[free]
+    # interpolation of the curve without noise is good to 1e-4, the model is right to 1 %
+    assert abs(found.value - 5e3) < 4 * found.stderr + (150.0 if level < 1 else 5.0)
+    assert any("usually a saturated detector" in note for note in result.notes) == (level < 1)
 
 
 def test_a_digitised_force_has_wider_intervals():
@@ -256,8 +254,8 @@ def test_saturation_beside_a_tilt_that_is_fitted(spring, level, points, noise):
     top, rng = read.max(), np.random.default_rng(1)
     read = np.minimum(read, level * top) + noise * top * rng.normal(size=points)
     curve = Curve(way, read) if spring is None else Curve.from_piezo(way, read, spring)
-    with pytest.raises(CurveError, match="the detector is saturated"):
-        fitted("gel", curve, baseline="linear")
+    found = fitted("gel", curve, baseline="linear")
+    assert abs(found.value - 5e3) < max(4 * found.stderr, 150.0)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -331,4 +329,4 @@ def test_two_adjacent_readings_are_no_drop_and_no_dip(seed):
         force[at : at + rng.integers(1, 3)] += rng.choice([-1, 1]) * rng.uniform(0.1, 1.0) * top
     found = fit(Curve(depth, force), HalfSpace(2e3, 0.5), Paraboloid(5e-6), ["base.young"], quick=True)
     assert found["base.young"] == pytest.approx(4e3, rel=0.06)
-    assert not any("drops" in note for note in found.notes)
+    assert not any("does not describe" in note for note in found.notes)
