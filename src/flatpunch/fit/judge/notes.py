@@ -68,10 +68,10 @@ def no_contact(part: Curve, fit: Fit | None, settings: Settings) -> CurveError:
     seen = "" if fit is None else f", of which {fit.inside} rise by {text(fit.most * fit.record.range, 'N')}"
     foot = " The force beyond rises by more than this contact explains." if fit is not None and fit.foot else ""
     begun = "The data begin in contact, and no baseline is seen. " if fit is not None and fit.touch <= 2 else ""
-    straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant'. "
+    tilted = settings.baseline == "linear" or (settings.baseline == "auto" and begun != "")
+    straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant' where there is none. "
     return CurveError(
         f"{part.name}: no contact is to be seen: the background alone (baseline = {settings.baseline!r}) describes the "
-        f"{part.force.size} readings{seen}, as well.{foot} {begun}"
-        f"{straight if settings.baseline == 'linear' else ''}Press deeper, average, or check which column "
-        "is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
+        f"{part.force.size} readings{seen}, as well.{foot} {begun}{straight if tilted else ''}Press deeper, average, or check "
+        "which column is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
     )
