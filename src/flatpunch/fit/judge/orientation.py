@@ -215,7 +215,9 @@ def _legs(curve: Curve, position: Array) -> tuple[list[int], Array]:
     at = np.arange(0, position.size, step)
     # readings that jump away are no turn
     usual = np.where(np.abs(position - smooth) <= least, position, np.nan)
-    return sorted({0, *(_around(usual, at, i) for i in _turns(smooth[at], least)), position.size - 1}), smooth
+    # the first reading is the end of a leg, but no turn
+    turns = [_around(usual, at, turn) for turn in _turns(smooth[at], least) if turn[0] > 0]
+    return sorted({0, *turns, position.size - 1}), smooth
 
 
 def _around(position: Array, at: Indices, turn: tuple[int, int]) -> int:
