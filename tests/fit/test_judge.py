@@ -76,35 +76,30 @@ def test_contacts_over_waves():
     near = held = 0
     for seed in range(16):
         *case, free = waving(seed)
-        try:
-            result = fit(*case, [free], quick=True)
-        except CurveError as error:
-            assert NO_CONTACT in str(error)
-            continue
+        result = fit(*case, [free], quick=True)
         estimate = result.estimates[free]
         near += abs(estimate.value / YOUNG - 1) < 0.2
         held += estimate.low <= YOUNG <= estimate.high
         assert seed // 2 % 4 == 0 or any("force without contact" in note for note in result.notes)
-    assert (near, held) == (15, 13)
+    assert (near, held) == (16, 14)
 
 
-@pytest.mark.parametrize("kind", ["noise", "drift", "waves"])
+@pytest.mark.parametrize("kind", ["noise", "tilt", "drift", "waves"])
 def test_no_contact_is_refused(kind):
     for seed in range(8):
         with pytest.raises(CurveError, match=NO_CONTACT):
             fitted(empty(kind, seed), list(GEOMETRIES)[seed % 4], quick=True)
 
 
-@pytest.mark.parametrize("kind", ["tilt", "steps"])
-def test_a_line_or_a_step_is_no_contact_that_counts(kind):
-    """A line may be a contact that began far before the data, a step a stiff one that saturates the detector: if fitted, noted."""
+def test_a_step_may_be_a_contact_that_saturates_the_detector():
+    """It is refused, or the note says that the model does not describe the rest."""
     for seed in range(8):
         medium, tip, free = GEOMETRIES[list(GEOMETRIES)[seed % 4]]
         try:
-            result = fit(empty(kind, seed), medium(START), tip, [free], quick=True)
+            result = fit(empty("steps", seed), medium(START), tip, [free], quick=True)
         except CurveError:
             continue
-        assert re.search("they begin in contact|does not describe", " ".join(result.notes)), seed
+        assert SAID.search(" ".join(result.notes)), seed
 
 
 @pytest.mark.parametrize("size", [0.03, 0.1, 0.4])
