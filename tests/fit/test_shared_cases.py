@@ -1,6 +1,5 @@
 """Small files as users have reported them, each with a README that says what it must give."""
 
-
 import numpy as np
 import pytest
 from typer.testing import CliRunner
