@@ -136,12 +136,16 @@ def approached(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], s
 
 
 def _contact_backwards(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], settings: Settings) -> bool:
-    """Whether a record without a contact on its way shows one in the opposite order of its readings."""
+    """Whether a record without a contact on its way shows one in the opposite order of its readings.
+
+    Over a tilt a force that bends upwards is a contact in both orders.
+    """
     if settings.direction != "auto" or settings.contact != "free":
         return False
     for found in approaches(replace(curve, time=None, segment=None).taken(slice(None, None, -1))):
         try:
-            if _approached(found, model, limits, settings).fit.touch > 2:
+            fit = _approached(found, model, limits, settings).fit
+            if fit.touch > 2 and not fit.noise.background.tilt:
                 return True
         except CurveError:
             continue
