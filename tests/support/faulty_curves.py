@@ -1,4 +1,4 @@
-"""Curves of known modulus with one fault each: in four geometries, with and without a cantilever, of either sign of depth and force.
+"""Curves of known modulus with one fault each: four geometries, with and without a cantilever, either sign of depth and force.
 
 Every fault has its place and size by chance, from the first to the last reading. The force of a geometry is solved once and
 interpolated, good to 1e-4.
