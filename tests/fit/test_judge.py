@@ -1,4 +1,4 @@
-"""One principle for all curves: right within the interval, or a note where the model ceases to describe the force.
+"""One principle for all curves: right within the interval, or a note that says from where on the model does not describe the force.
 
 The faults of `support.faulty_curves` are anywhere in the record and of any size, in four geometries, with and without a
 cantilever, of either sign of depth and force. None of them has a detector of its own.
@@ -73,39 +73,33 @@ def test_faults_of_twenty_five_more_seeds():
 
 def test_contacts_over_waves():
     """Waves of 2 to 20 % of the rise: the modulus within 20 %, the truth in its interval; the note has the size of the waves."""
-    near, held, said = 0, 0, []
+    near = held = 0
     for seed in range(16):
         *case, free = waving(seed)
-        try:
-            result = fit(*case, [free], quick=True)
-        except CurveError as error:
-            said.append(str(error))
-            continue
+        result = fit(*case, [free], quick=True)
         estimate = result.estimates[free]
         near += abs(estimate.value / YOUNG - 1) < 0.2
         held += estimate.low <= YOUNG <= estimate.high
         assert seed // 2 % 4 == 0 or any("force without contact" in note for note in result.notes)
-    assert all(NO_CONTACT in each for each in said)
-    assert (near, held) == (15, 13)
+    assert (near, held) == (16, 14)
 
 
-@pytest.mark.parametrize("kind", ["noise", "drift", "waves"])
+@pytest.mark.parametrize("kind", ["noise", "tilt", "drift", "waves"])
 def test_no_contact_is_refused(kind):
     for seed in range(8):
         with pytest.raises(CurveError, match=NO_CONTACT):
             fitted(empty(kind, seed), list(GEOMETRIES)[seed % 4], quick=True)
 
 
-@pytest.mark.parametrize("kind", ["tilt", "steps"])
-def test_a_line_or_a_step_is_no_contact_that_counts(kind):
-    """A line may be a contact that began far before the data, a step a stiff one and a saturated detector: if fitted, noted."""
+def test_a_step_may_be_a_contact_that_saturates_the_detector():
+    """It is refused, or the note says that the model does not describe the rest."""
     for seed in range(8):
         medium, tip, free = GEOMETRIES[list(GEOMETRIES)[seed % 4]]
         try:
-            result = fit(empty(kind, seed), medium(START), tip, [free], quick=True)
+            result = fit(empty("steps", seed), medium(START), tip, [free], quick=True)
         except CurveError:
             continue
-        assert re.search("they begin in contact|does not describe", " ".join(result.notes)), seed
+        assert SAID.search(" ".join(result.notes)), seed
 
 
 @pytest.mark.parametrize("size", [0.03, 0.1, 0.4])
@@ -239,9 +233,7 @@ def test_a_constant_that_was_asked_for_names_the_tilt():
     curve = noisy(depth, force + 0.1 * force.max() * (depth - depth[0]) / np.ptp(depth))
     _, found = fitted(curve, baseline="constant")
     assert "tilt" not in found.estimates
-    other = next(
-        re.search(r"with baseline = 'linear' base.young = ([\d.]+)", note) for note in found.notes if "tilted" in note
-    )
+    other = next(re.search(r"with baseline = 'linear' base.young = ([\d.]+)", note) for note in found.notes if "tilted" in note)
     assert float(other[1]) == pytest.approx(YOUNG / 1e3, rel=0.01)
 
 

@@ -121,7 +121,9 @@ class Fit:
         line = record.worths(Noise(Background(tilt=True)), np.zeros(record.size))
         if self.worth - line[last] < _LOOKED:
             return False
-        if self.departure is None and (self.touch <= 2 or self.noise.white):
+        # many times what a quarter of the record or more does before it
+        much = self.touch > record.size // 4 and min(self.most, _MOST) > 4 * self.noise.background.size
+        if self.departure is None and (self.touch <= 2 or self.noise.white or much):
             return True
         alone, quieter = record.alone()
         return bool(self.worth - alone[last] > _LOOKED or quieter > _QUIET)
