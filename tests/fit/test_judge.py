@@ -233,7 +233,9 @@ def test_a_constant_that_was_asked_for_names_the_tilt():
     curve = noisy(depth, force + 0.1 * force.max() * (depth - depth[0]) / np.ptp(depth))
     _, found = fitted(curve, baseline="constant")
     assert "tilt" not in found.estimates
-    other = next(re.search(r"with baseline = 'linear' base.young = ([\d.]+)", note) for note in found.notes if "tilted" in note)
+    other = next(
+        re.search(r"with baseline = 'linear' base.young = ([\d.]+)", note) for note in found.notes if "tilted" in note
+    )
     assert float(other[1]) == pytest.approx(YOUNG / 1e3, rel=0.01)
 
 
