@@ -1,4 +1,4 @@
-"""One principle for all curves: right within the interval, or a note that says from where on the model does not describe the force.
+"""One principle for all curves: right within the interval, or a note from where on the model does not describe the force.
 
 The faults of `support.faulty_curves` are anywhere in the record and of any size, in four geometries, with and without a
 cantilever, of either sign of depth and force. None of them has a detector of its own.

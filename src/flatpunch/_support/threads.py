@@ -42,7 +42,7 @@ _given = _Given()
 @lru_cache(maxsize=1)
 def _libraries() -> ThreadpoolController:
     # SciPy brings a library of its own, which is there only once it is imported
-    import scipy.linalg  # noqa: F401, PLC0415
+    import scipy.linalg  # noqa: F401
 
     return ThreadpoolController().select(user_api="blas")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.prefixes import text
-from flatpunch.fit.judge.judgement import Fit
+from flatpunch.fit.judge.judgement import FEWEST, SURE, Fit
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.parameters.settings import Settings
 
@@ -64,7 +64,12 @@ def about_background(fit: Fit) -> list[str]:
 
 
 def no_contact(part: Curve, fit: Fit | None, settings: Settings) -> CurveError:
-    """Refusal of a record in which no contact stands out of the background."""
+    """Refusal of a record in which no contact stands out of the background, or one of too few readings does."""
+    if fit is not None and fit.gain >= SURE and fit.inside < FEWEST:
+        return CurveError(
+            f"{part.name}: {fit.inside} of {part.force.size} readings are in contact and described by this model; a fit needs "
+            f"{FEWEST} or more. Press deeper, or record more readings."
+        )
     seen = "" if fit is None else f", of which {fit.inside} rise by {text(fit.most * fit.record.range, 'N')}"
     foot = " The force beyond rises by more than this contact explains." if fit is not None and fit.foot else ""
     begun = "The data begin in contact, and no baseline is seen. " if fit is not None and fit.touch <= 2 else ""
