@@ -144,7 +144,7 @@ def test_tips_that_are_not_round_say_what_is_taken():
         ({"points": 2}, "points = 2"),
         ({"free": []}, "free is empty"),
         ({"free": ["layers[3].young"]}, "not part of this case; it has"),
-        ({"baseline": "sine"}, "not planned"),
+        ({"baseline": "sine"}, "baseline = 'sine' is unknown"),
         ({"priors": {"base.young": Normal(1, 1)}}, r"priors: 'base\.young'"),
         ({"priors": {YOUNG: 3}}, "must be Normal"),
     ],

@@ -177,7 +177,7 @@ def breakthrough(folder: Path, rng: np.random.Generator) -> Made:
     place = rng.uniform(0.6, 0.97) * bead.deepest
     force = bead.force(depth) - np.where(depth > place, rng.uniform(0.05, 0.15) * bead.largest, 0.0)
     path = _rows(folder / "curve.csv", "depth (nm),force (nN)", depth * 1e9, _noisy(rng, force) * 1e9)
-    return Made(path, bead.case(rng), bead.young, note="drops")
+    return Made(path, bead.case(rng), bead.young, note="does not describe the force")
 
 
 def start_backwards(folder: Path, rng: np.random.Generator) -> Made:
