@@ -67,7 +67,7 @@ def test_the_largest_archive_is_one_that_a_laptop_bears(tmp_path):
     text = tmp_path / "large.csv"
     with text.open("wb") as file:
         file.truncate(600_000_000)
-    with pytest.raises(fp.CurveError, match=r"large.csv: larger than 500 MB"):
+    with pytest.raises(fp.CurveError, match=r"large.csv: larger than 200 MB"):
         fp.read_curve(text)
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 50_000
 

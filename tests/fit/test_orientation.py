@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flatpunch.fit import Curve, CurveError, Measured, fit, read_curve
-from flatpunch.fit.judge.orientation import approach_of
+from flatpunch.fit.measured.orientation import approach_of
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
 

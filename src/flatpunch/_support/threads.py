@@ -7,6 +7,7 @@ the system lets the other thread run again: on two busy cores a curve took four 
 from __future__ import annotations
 
 import os
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -39,12 +40,14 @@ class _Given(threading.local):
 _given = _Given()
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=2)
+def _selected(scipy_loaded: bool) -> ThreadpoolController:
+    return ThreadpoolController().select(user_api="blas")
+
+
 def _libraries() -> ThreadpoolController:
     # SciPy brings a library of its own, which is there only once it is imported
-    import scipy.linalg  # noqa: F401
-
-    return ThreadpoolController().select(user_api="blas")
+    return _selected("scipy.linalg" in sys.modules)
 
 
 def _now() -> int:

@@ -13,9 +13,9 @@ from flatpunch._support.checks import Array
 from flatpunch._support.kinds import instance
 from flatpunch._support.prefixes import text
 from flatpunch.fit.fitting import setup_of
-from flatpunch.fit.judge.orientation import Approach, approach_of
 from flatpunch.fit.least_squares.setup import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.orientation import Approach, approach_of
 from flatpunch.fit.models import bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Settings, as_free

@@ -17,13 +17,13 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.judge.background import Background, likeliest
-from flatpunch.fit.judge.orientation import Approach, approach_of
 from flatpunch.fit.judge.record import white_noise
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fit.measured.orientation import Approach, approach_of
 from flatpunch.fit.measured.signal import CLEAR, converter_step, noise_of, spread_of
 from flatpunch.fit.parameters.sample import WORK
 from flatpunch.fit.parameters.scaling import MODULI

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.fit.judge.orientation import Approach
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles, smoothed
+from flatpunch.fit.measured.orientation import Approach
 from flatpunch.fit.measured.signal import CLEAR, wander
 
 IMPRINT = 0.2

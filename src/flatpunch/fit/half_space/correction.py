@@ -217,7 +217,8 @@ def correct(
     one_of("over", over, ("curve", "depth"))
     nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
-    if model == OLIVER_PHARR or (model is None and not half_space_models(indenter)):
+    named = isinstance(model, str) and model == OLIVER_PHARR
+    if named or (model is None and not half_space_models(indenter)):
         over, weight = "depth", np.ones(_POINTS)
         laws, limits = _by_area(medium, indenter, along)
     else:

@@ -20,7 +20,7 @@ from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.files import Case
 from flatpunch.fit.half_space import published
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, HalfSpace, Interface, Layer, Medium, RigidBase
 
 if TYPE_CHECKING:
@@ -58,6 +58,7 @@ def half_space_model(indenter: Indenter, name: str | None = None) -> Force:
     Names are "hertz", "sneddon", "flat", and for pyramids "bilodeau" (0.7453 E* tan(alpha) d^2, alpha the face's half opening
     angle) or "rico" (1/sqrt(2) instead of 0.7453).
     """
+    check_indenter(indenter)
     found = half_space_models(indenter)
     if not found:
         raise ValueError(

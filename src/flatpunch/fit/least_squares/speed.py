@@ -9,8 +9,8 @@ import scipy
 
 from flatpunch._support.checks import TINY, Array
 from flatpunch._support.prefixes import text
-from flatpunch.fit.judge.orientation import pieces
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.orientation import pieces
 from flatpunch.fit.measured.signal import CLEAR, EXACT, wander
 from flatpunch.fit.parameters.settings import Settings
 

@@ -13,7 +13,7 @@ from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
 from flatpunch.contact.finite_strain.places import NEO_HOOKEAN
-from flatpunch.fit.judge.orientation import Direction
+from flatpunch.fit.measured.orientation import Direction
 from flatpunch.fit.measured.signal import Adhesion
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
