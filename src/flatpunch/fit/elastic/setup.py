@@ -312,6 +312,7 @@ def _setup(
         start=lambda: start,
         settings=chosen,
         notes=tuple(notes),
+        reached=float(part.depth[~made.out].max()),
         coarse=coarse if settings.loss == "linear" else objective,
         other=other,
         tilted=tilt

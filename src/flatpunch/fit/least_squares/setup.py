@@ -38,6 +38,8 @@ class Setup:
     again : callable, optional
         x at the minimum -> the problem with other points left out, or None if it is settled.
     notes : tuple of str
+    reached : float, optional
+        Deepest reading of the approach, fitted or not [m].
     tilted : bool
         Whether the readings before the contact show a tilt where the user has not asked for one.
     doubtful : bool
@@ -52,6 +54,7 @@ class Setup:
     start: Callable[[], Array]
     settings: Settings
     notes: tuple[str, ...] = ()
+    reached: float | None = None
     coarse: Unknowns | None = None
     other: Unknowns | None = None
     again: Callable[[Array], Setup | None] | None = None

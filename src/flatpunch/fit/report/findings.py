@@ -191,10 +191,14 @@ def limits_of_theory(result: Fitted) -> tuple[str, ...]:
     """
     model, deepest = result.objective.model, float(result.depth.max())
     medium, tip = result.case
-    bottom = base_depth(medium)
-    if deepest >= bottom:
+    bottom, (setup,) = base_depth(medium), result.problem.setups
+    reached = deepest
+    if setup.reached is not None:
+        # the fitted range may end before
+        reached = max(deepest, setup.reached - result.objective.split(result.minimum.x)[1]["contact"])
+    if reached >= bottom:
         return (
-            f"The deepest point, {text(deepest, 'm')}, is beyond the layers, {text(bottom, 'm')} thick on a rigid base: no tip "
+            f"The deepest point, {text(reached, 'm')}, is beyond the layers, {text(bottom, 'm')} thick on a rigid base: no tip "
             "gets there. Thickness, contact point or calibration are wrong; the fitted values mean nothing.",
         )
     if result.settings.quick or deepest <= 0:
