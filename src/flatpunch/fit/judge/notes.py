@@ -55,10 +55,11 @@ def about_background(fit: Fit) -> list[str]:
     if not background.size:
         return []
     over = background.size / max(fit.most, 1e-300)
-    if not background.smooth:
+    if background.memory and not background.smooth:
         over *= np.sqrt(min(background.memory / 2, float(fit.record.x[max(fit.touch - 1, 0)])))
+    does = "waves" if background.smooth else "drifts" if background.memory else "scatters"
     return [
-        f"The force without contact {'waves' if background.smooth else 'drifts'} by about {over:.1%} of the rise (interference, "
+        f"The force without contact {does} by about {over:.1%} of the rise (interference, "
         "drift, long-range forces). It is fitted as a random process of this size, which widens the intervals."
     ]
 
