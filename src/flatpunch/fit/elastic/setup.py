@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.fit.elastic.model import ForwardModel
@@ -142,6 +142,9 @@ def _contact_backwards(curve: Curve, model: ForwardModel, limits: tuple[Array, A
     """
     if settings.direction != "auto" or settings.contact != "free":
         return False
+    if len(list(approaches(curve))) > 1:
+        # the other ways were tried already
+        return False
     for found in approaches(replace(curve, time=None, segment=None).taken(slice(None, None, -1))):
         try:
             fit = _approached(found, model, limits, settings).fit
@@ -165,8 +168,10 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
     step = converter_step(part.force)
     noise = white_noise(part.force, step, thinned(part.position, part.force))
     out = strays(part.force, noise)
+    edges = thinned(part.position[~out], part.force[~out])
     records = tuple(
-        _record(part.turned(force=s), out, (noise, step), model, settings, found.turned) for s in (1.0, -1.0)
+        _record(part.turned(force=s).taken(~out), edges, (noise, step), model, settings, found.turned)
+        for s in (1.0, -1.0)
     )
 
     def between(objective: Objective) -> tuple[Array, Array]:
@@ -188,13 +193,11 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
 
 
 def _record(
-    part: Curve, out: Flags, noise: tuple[float, float], model: ForwardModel, settings: Settings, turned: float
+    clean: Curve, edges: Indices, noise: tuple[float, float], model: ForwardModel, settings: Settings, turned: float
 ) -> Record:
-    clean = part.taken(~out)
     speed = speed_of(clean, settings)
     frame = frame_of(clean.depth, clean.force, clean.position, speed)
     objective = _objective(clean, frame, model, settings, settings.baseline == "linear", turned, speed)
-    edges = thinned(clean.position, clean.force)
     means = objective.averaged(np.repeat(np.arange(edges.size - 1), np.diff(edges)))
     moduli = tuple(j for j, free in enumerate(model.free) if free.endswith(MODULI))
     return Record(means, edges, *noise, _contacts(objective, settings, turned), moduli)
