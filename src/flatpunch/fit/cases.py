@@ -166,7 +166,11 @@ class OneCurveTable(CurveTable):
             "path": folder / self.file,
             "indenter": self.indenter.built if self.indenter else None,
             "values": {name: value_in_si(name, value) for name, value in self.values.items()},
-            "reading": {name: reading[name] for name in reading if name in given or name == "calibration"},
+            "reading": {
+                name: reading[name]
+                for name in reading
+                if name in given & set(CurveTable.model_fields) or name == "calibration"
+            },
         }
 
 

@@ -121,8 +121,8 @@ class Fit:
         line = record.worths(Noise(Background(tilt=True)), np.zeros(record.size))
         if self.worth - line[last] < _LOOKED:
             return False
-        # many times what a third of the record or more does before it
-        much = self.touch > record.size // 3 and min(self.most, _MOST) > 4 * self.noise.background.size
+        # many times what a quarter of the record or more does before it
+        much = self.touch > record.size // 4 and min(self.most, _MOST) > 4 * self.noise.background.size
         if self.departure is None and (self.touch <= 2 or self.noise.white or much):
             return True
         alone, quieter = record.alone()
