@@ -63,7 +63,7 @@ def test_jpk_and_tab(pattern, curves):
     ids=["approach", "map", "creep"],
 )
 def test_independent_answers(pattern, moduli, curves):
-    """A scan of contact points over the tip's positions, and nanite 4.2.3, for a paraboloid of 5 um: within 10 %, in the interval."""
+    """A scan of contact points over the tip's positions, and nanite 4.2.3, paraboloid of 5 um: within 10 %, in the interval."""
     path = next(curves.glob(pattern))
     for index, modulus in enumerate(moduli):
         result = fit(
