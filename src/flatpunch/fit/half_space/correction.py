@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -29,6 +30,7 @@ from flatpunch.compliance import compliance
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.half_space.formulas import (
     OLIVER_PHARR,
+    Formula,
     equivalents,
     formulas,
     half_space_model,
@@ -231,7 +233,7 @@ def correct(
     why = {name: remark for name, (_, remark) in laws.items() if remark}
     for name, (law, _) in laws.items():
         try:
-            found[name] = _solved(lambda young, law=law: float(weight @ law(young)), target, reported)  # type: ignore[misc]
+            found[name] = _solved(partial(_mean, law, weight), target, reported)
         except ValueError as error:
             if name == _EXACT:
                 raise
@@ -243,6 +245,18 @@ def correct(
     return Correction(young, reported, reported / young, found, why, sensitivity, over, limits(young), along, apparent)
 
 
+def _mean(law: Callable[[float], Array], weight: Array, young: float) -> float:
+    return float(weight @ law(young))
+
+
+def _over(law: Formula, along: Array, unit: Array, young: float) -> Array:
+    return np.asarray(law.force(along, young) / unit)
+
+
+def _plane_strain(law: Callable[[Array, float], Array], x: Array, star: float, young: float) -> Array:
+    return law(x, young * star)
+
+
 def _by_force(
     medium: Medium, indenter: Indenter, along: Array, model: str | None, method: FitMethod
 ) -> tuple[_Laws, _Limits]:
@@ -251,7 +265,7 @@ def _by_force(
     exact = ForwardModel(medium, indenter, (_TOP,), method)
     laws: _Laws = {_EXACT: (lambda young: exact.force(along, {_TOP: young}) / unit, "")}
     for law in formulas(medium, indenter):
-        laws[law.name] = (lambda young, law=law: law.force(along, young) / unit, law.remark)  # type: ignore[misc]
+        laws[law.name] = (partial(_over, law, along, unit), law.remark)
     return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young})[1].splitlines())
 
 
@@ -262,7 +276,7 @@ def _by_area(medium: Medium, indenter: Indenter, along: Array) -> tuple[_Laws, _
     laws: _Laws = {_EXACT: (lambda young: punch_modulus(replaced(medium, None, {_TOP: young})[0], radius), "")}
     if len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
         for name, law in equivalents(medium).items():
-            laws[name] = (lambda young, law=law: law(x, young * star), "")  # type: ignore[misc]
+            laws[name] = (partial(_plane_strain, law, x, star), "")
     note = (
         "Oliver and Pharr: the depth is that of the contact, where the tip has the area of a circle of "
         f"{text(float(radius[-1]), 'm')}. The reported modulus is that of the sample, the tip's own compliance taken out."

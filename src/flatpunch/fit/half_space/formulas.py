@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -50,6 +51,10 @@ def half_space_models(indenter: Indenter) -> dict[str, Force]:
             "rico": lambda d: _slope(indenter) / math.sqrt(2) * d**2,
         }
     return {}
+
+
+def _scaled(model: Force, star: float, depth: Array, young: float) -> Array:
+    return np.asarray(young * star * model(depth))
 
 
 def half_space_model(indenter: Indenter, name: str | None = None) -> Force:
@@ -111,8 +116,8 @@ def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
     if len(medium.layers) != 1 or isinstance(top.bonded, Interface):
         return []
     nu, h, bonded, star = top.poisson, top.thickness, bool(top.bonded), 1 / (1 - top.poisson**2)
-    ball, pyramid = isinstance(indenter, (Sphere, Paraboloid)), isinstance(indenter, Pyramid)
-    shape = "paraboloid" if ball else "flat" if isinstance(indenter, Cylinder) else "cone"
+    sphere_like, pyramid = isinstance(indenter, (Sphere, Paraboloid)), isinstance(indenter, Pyramid)
+    shape = "paraboloid" if sphere_like else "flat" if isinstance(indenter, Cylinder) else "cone"
     found: list[Formula] = []
 
     def x(d: Array) -> Array:
@@ -130,7 +135,7 @@ def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
         found.append(Formula(name, lambda d, young: young * star * tip(d) * of(d), remark))
 
     half = "" if nu == 0.5 else "for nu = 0.5"
-    if ball:
+    if sphere_like:
         add("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, bonded))
     if bonded:
         add("Garcia", lambda d: published.garcia(x(d), shape), "for cones" if pyramid else "", half)
@@ -146,7 +151,7 @@ def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
     if isinstance(base, HalfSpace):
         narrow = 2 / math.pi if shape == "cone" else 1.0
         laws = equivalents(medium)
-        if ball:
+        if sphere_like:
             substrate = base.surface_modulus
             laws["Clifford"] = lambda a, film: published.clifford(a, film, nu, substrate, base.poisson)
         for name, law in laws.items():
@@ -233,7 +238,7 @@ def compare_formulas(
     medium, top = layer_on_top(medium)
     star = 1 / (1 - top.poisson**2)
     laws = [
-        Formula(name.capitalize(), lambda d, young, model=model: young * star * model(d), "no correction")  # type: ignore[misc]
+        Formula(name.capitalize(), partial(_scaled, model, star), "no correction")
         for name, model in half_space_models(indenter).items()
     ]
     laws += _of_one_layer(medium, indenter)
