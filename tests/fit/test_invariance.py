@@ -100,7 +100,10 @@ def test_constant_force_and_depth(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_tilt_where_asked_for(kind):
+def test_tilt_where_asked_for(kind, request):
+    if kind in ("elastic", "cantilever"):
+        why = "means are placed by the measured force, tilt included: .01 to .03 standard errors"
+        request.applymarker(pytest.mark.xfail(strict=True, reason=why))
     curve, case, settings = KINDS[kind]()
     whole = fit(curve, *case, baseline="linear", quick=True, **settings)
     for tilt in (
@@ -110,8 +113,7 @@ def test_tilt_where_asked_for(kind):
         {"tilt": -5.0},
         {"tilt": -1.0, "force": 2.0, "depth": -1.0},
     ):
-        # the means from which the contact is judged lie closer where the measured force rises, the tilt included
-        same(whole, fit(changed(curve, **tilt), *case, baseline="linear", quick=True, **settings), share=0.05)
+        same(whole, fit(changed(curve, **tilt), *case, baseline="linear", quick=True, **settings))
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -57,13 +57,23 @@ def test_jpk_and_tab(pattern, curves):
     assert result["layers[0].young"] < fit(curve, BULK, Sphere(10e-6), ["base.young"])["base.young"]
 
 
+_WEIGHED = pytest.mark.xfail(
+    strict=True,
+    reason="a model error of a tenth of the force weighs deep readings down: 6 and 8 % low, the truth in the interval",
+)
+
+
 @pytest.mark.parametrize(
     ("pattern", "moduli"),
-    [("*flipsign_2015*", [7000]), ("*2020.02.07*", [1403, 3512, 1712, 1183]), ("*pr14-brain*", [54])],
+    [
+        pytest.param("*flipsign_2015*", [7000], marks=_WEIGHED),
+        pytest.param("*2020.02.07*", [1403, 3512, 1712, 1183], marks=_WEIGHED),
+        ("*pr14-brain*", [54]),
+    ],
     ids=["approach", "map", "creep"],
 )
 def test_independent_answers(pattern, moduli, curves):
-    """A scan of contact points over the tip's positions, and nanite 4.2.3, paraboloid of 5 um: within 10 %, in the interval."""
+    """A scan of contact points over the tip's positions, and nanite 4.2.3, paraboloid of 5 um: within 5 %."""
     path = next(curves.glob(pattern))
     for index, modulus in enumerate(moduli):
         result = fit(
@@ -74,21 +84,23 @@ def test_independent_answers(pattern, moduli, curves):
             quick=True,
             baseline="constant",
         )
-        estimate = result.estimates["base.young"]
-        # deep readings count less where the model misses the force by a tenth of its largest value
-        assert estimate.value == pytest.approx(modulus, rel=0.1)
-        assert estimate.low < modulus * 1.02
-        assert modulus * 0.98 < estimate.high
+        assert result["base.young"] == pytest.approx(modulus, rel=0.05)
 
 
 def test_ntmdt_with_decimal_commas(curves):
-    """No header: spring constant and sensitivity come from the user. The dip is within the drift of the background."""
+    """No header: spring constant and sensitivity come from the user."""
     path = next(curves.glob("*ntmdt*"))
-    curve = read_curve(path, spring_constant=0.05, sensitivity=70.0)
-    result = fit(curve, BULK, Sphere(10e-6), ["base.young"])
-    assert any("The force without contact drifts" in note for note in result.notes)
+    assert read_curve(path, spring_constant=0.05, sensitivity=70.0).depth.size > 100
     with pytest.raises(CurveError, match=r"Pass spring_constant=... \[N/m\] and sensitivity"):
         read_curve(path, height="height (measured)")
+
+
+@pytest.mark.xfail(strict=True, reason="the dip is taken for drift of the background")
+def test_the_tip_is_pulled_in(curves):
+    """Which is refused unless asked for."""
+    curve = read_curve(next(curves.glob("*ntmdt*")), spring_constant=0.05, sensitivity=70.0)
+    with pytest.raises(CurveError, match="the tip is pulled in"):
+        fit(curve, BULK, Sphere(10e-6), ["base.young"])
 
 
 @pytest.mark.parametrize("test", ["Test 001", "Test 002"])
