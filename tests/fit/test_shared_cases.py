@@ -68,12 +68,13 @@ def test_volts(cases):
     assert result["base.young"] == pytest.approx(4e3, rel=0.005)
 
 
+@pytest.mark.xfail(strict=True, reason="some readings of the hold are fitted: up to 1.5 % of the modulus")
 def test_a_held_load_without_segments_is_said(cases):
     """The hold creeps on along the curve at first: 1 % of the modulus, and the note names a held load."""
     result = fitted(cases / "21_load_hold_called_saturated", "no_segments.txt")
     estimate = result.estimates["base.young"]
     assert estimate.low < 4e5 < estimate.high
-    assert estimate.value == pytest.approx(4e5, rel=0.015)
+    assert estimate.value == pytest.approx(4e5, rel=0.005)
     assert result["contact"] == pytest.approx(2e-6, abs=1e-7)
     assert any("a held or withdrawn load" in note for note in result.notes)
 
