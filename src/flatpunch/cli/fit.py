@@ -257,8 +257,7 @@ def _fit_folder(
     from dataclasses import replace
 
     from flatpunch.fit.batch import Batch, fit_rows
-    from flatpunch.fit.places import files_in, listed
-    from flatpunch.fit.records import Records
+    from flatpunch.fit.places import Records, files_in, listed
 
     items = listed(files_in(folder) if is_folder(folder) else [folder], case.reading)
     settings = replace(case.settings, quick=True)

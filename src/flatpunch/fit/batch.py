@@ -20,8 +20,7 @@ from flatpunch.fit.measured.files.readers import read_curve
 from flatpunch.fit.models import Model, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
-from flatpunch.fit.places import Place, listed, on_grid
-from flatpunch.fit.records import Records, keys_of
+from flatpunch.fit.places import Place, Records, keys_of, listed, on_grid
 from flatpunch.fit.report.findings import doubts
 from flatpunch.fit.report.quantities import label, quantity, unit_of
 from flatpunch.fit.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved

@@ -8,7 +8,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array, BadValue, real
-from flatpunch.fit.adhesion import tables as adhesive_tables
+from flatpunch.fit.adhesion import branch
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic import model as elastic_model
 from flatpunch.fit.elastic.model import ForwardModel
@@ -52,7 +52,7 @@ def forget_models() -> None:
     """
     _kept.cache_clear()
     elastic_model.forget_tables()
-    adhesive_tables.forget_tables()
+    branch.forget_tables()
 
 
 def _made(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strain: FiniteStrain | None) -> Model:

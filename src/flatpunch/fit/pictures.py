@@ -1,4 +1,4 @@
-"""Pictures of fits: curves with their fit, the modulus over depth, hard films."""
+"""Pictures of fits: curves, the modulus over depth, hard films, corrected moduli, formulas against the exact contact."""
 
 from __future__ import annotations
 
@@ -39,6 +39,17 @@ if TYPE_CHECKING:
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.films.film import FilmResult
     from flatpunch.fit.report.result import FitResult
+
+
+from typing import TYPE_CHECKING
+
+from flatpunch.fit.half_space.correction import Correction
+from flatpunch.fit.half_space.formulas import WITHIN
+from flatpunch.plots.style import GREEN, panels
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 _LETTERS = 46
 """Letters in a line of a title; more do not fit above a panel of one column."""
@@ -276,3 +287,60 @@ def _film(result: FilmResult, axes: Axes) -> None:
     axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")
     axes.set_xlim(left=0)
     legend_below(axes, ncols=3)
+
+
+_LINES = ("--", ":", "-.", (0, (3, 1)))
+
+
+def correction_figure(found: Correction, *, title: str = "", style: StyleName | str = "screen") -> Figure:
+    """Moduli of the layer by the exact contact and by formulas; the half-space modulus over depth."""
+    with styled(style) as chosen:
+        drawn, (bars, curve) = panels(chosen, 2, title=title)
+        young = {row.name: v for row in found.table().rows if np.isfinite(v := row.estimate.value)}
+        factor, unit = scale_of([*young.values(), found.reported], "Pa")
+        bars.barh(list(young), [each * factor for each in young.values()], color=[BLUE, *[GREY] * (len(young) - 1)])
+        bars.invert_yaxis()
+        bars.axvline(found.young * factor, color=BLUE, linewidth=THIN)
+        # one formula far off must not hide the others
+        bars.set_xlim(0, min(bars.get_xlim()[1], 3 * factor * max(found.young, found.reported)))
+        bars.set_xlabel(f"Young's modulus of the layer ({unit})")
+        length, length_unit = scale_of(found.depth, "m")
+        curve.plot(
+            found.depth * length, found.apparent * factor, color=ORANGE, label="half-space formula at each depth"
+        )
+        curve.axhline(found.young * factor, color=BLUE, label="layer")
+        curve.plot([found.depth[-1] * length], [found.reported * factor], "o", color=ORANGE, label="reported")
+        curve.set_ylim(bottom=0)
+        curve.set_xlim(left=0)
+        curve.set_xlabel(f"indentation depth ({length_unit})")
+        curve.set_ylabel(f"Young's modulus ({unit})")
+        curve.legend()
+    return drawn
+
+
+def comparison_figure(found: xr.Dataset, *, title: str = "", style: StyleName | str = "screen") -> Figure:
+    """Force over that of the half-space formula, and the errors of the formulas, over depth."""
+    with styled(style) as chosen:
+        drawn, (factors, errors) = panels(chosen, 2, title=title)
+        length, unit = scale_of(found["depth"].values, "m")
+        depth, bare = found["depth"].values * length, found["formula_force"].values[0]
+        factors.plot(depth, found["factor"].values, color=BLUE, linewidth=3 * THIN, alpha=0.5, label="exact")
+        for i, name in enumerate(found["formula"].values):
+            look: Any = {
+                "color": (ORANGE, GREEN, GREY)[i % 3],
+                "linestyle": _LINES[i // 3 % len(_LINES)],
+                "label": str(name),
+            }
+            factors.plot(depth, found["formula_force"].values[i] / bare, **look)
+            errors.plot(depth, 100 * found["deviation"].values[i], **look)
+        top = float(np.nanmax(found["factor"].values))
+        factors.set_ylim(0, 3 / 2 * top)
+        for limit in WITHIN:
+            errors.axhspan(-100 * limit, 100 * limit, color="black", alpha=0.1, linewidth=0)
+        errors.set_ylim(-50, 50)
+        for axes in (factors, errors):
+            axes.set_xlabel(f"indentation depth ({unit})")
+        factors.set_ylabel("force over that of the half-space formula")
+        errors.set_ylabel("error of the formula (%)")
+        factors.legend()
+    return drawn

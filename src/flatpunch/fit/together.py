@@ -18,10 +18,9 @@ from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, real
 from flatpunch._support.kinds import instance, mapping
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fit.fitting import setup_of
+from flatpunch.fit.fitting import descended, setup_of
 from flatpunch.fit.least_squares.minimum import SETTLED, minimise
-from flatpunch.fit.least_squares.problem import Problem
-from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.least_squares.problem import Problem, Setup
 from flatpunch.fit.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.models import bounds, check_free, model_of
@@ -31,7 +30,6 @@ from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, Setting
 from flatpunch.fit.report.errors import about_curve, reported
 from flatpunch.fit.report.findings import judged, limits_of_theory
 from flatpunch.fit.report.result import FitResult
-from flatpunch.fit.search import descended
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Relaxation
 

@@ -18,8 +18,7 @@ from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indent import indent
-from flatpunch.fit.adhesion.branch import StableBranch
-from flatpunch.fit.adhesion.tables import BranchFamily, BranchTables, branch_tables
+from flatpunch.fit.adhesion.branch import BranchFamily, BranchTables, StableBranch, branch_tables
 from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import WORK, Sample
 from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling

@@ -20,7 +20,7 @@ from flatpunch.fit.judge.background import Background, likeliest
 from flatpunch.fit.judge.record import white_noise
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
+from flatpunch.fit.least_squares.problem import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.orientation import Approach, approach_of

@@ -21,7 +21,7 @@ from flatpunch.fit.films.oliver_pharr import Tip
 from flatpunch.fit.least_squares.minimum import covariance
 from flatpunch.fit.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
-from flatpunch.fit.measured.files.excel import excel_sheets
+from flatpunch.fit.measured.files.contents import excel_sheets
 from flatpunch.fit.measured.files.readers import EXCEL, curves_in, read_curve
 from flatpunch.fit.places import files_in
 

@@ -10,6 +10,10 @@ model has at that position,
 
 solved point by point by Newton's method, dr = dM/(1 + M'/k). B' is the background without its constant: tilt, interference
 and drag are read by the detector and move no tip; the constant only shifts the contact point.
+
+A force that is smooth within a stretch of the curve loses nothing by its mean, and few points cost little (`blocked`): the
+background is a straight line and needs few stretches; over the contact a stretch of 1/200 of its depth errs by (1/200)^2/24 of
+the curvature, 1e-6 of the force. Curves with drag in their background are not averaged.
 """
 
 from __future__ import annotations
@@ -18,7 +22,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import TINY, Array, Indices
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.unknowns import Unknowns
 
@@ -204,3 +208,19 @@ def _touching(depth: Array) -> slice | Indices:
     inside = depth > 0
     start = int(np.argmax(inside)) if inside.any() else depth.size
     return slice(start, None) if inside[start:].all() else np.flatnonzero(inside)
+
+
+CONTACT, FREE = 200, 50
+"""Stretches over the contact and over the background before it; half as many move E by up to 0.24 and 0.02 standard errors."""
+
+
+def blocked(objective: Objective, contact: float) -> Objective:
+    """The problem on block means, fine from somewhat before `contact` (a position) on; itself where that saves nothing."""
+    if objective.depth.size < 3 * (CONTACT + FREE) or "drag" in objective.nuisance:
+        return objective
+    position = objective.position
+    first, last = float(position.min()), float(position.max())
+    begin = min(max(contact - 0.3 * (last - contact), first), last)
+    free = np.minimum((position - first) * (FREE / max(begin - first, TINY)), FREE - 1)
+    inside = FREE + np.minimum((position - begin) * (CONTACT / max(last - begin, TINY)), CONTACT - 1)
+    return objective.averaged(np.where(position < begin, free, inside).astype(np.intp))

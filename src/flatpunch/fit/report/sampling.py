@@ -10,13 +10,12 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fit.elastic import ensemble
 from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.scaling import internal, parameter_names, plain_limits
 from flatpunch.fit.report.findings import correlated
 from flatpunch.fit.report.fitted import Fitted
-from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, Scale, parts_of
+from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, Scale, at_once, parts_of
 from flatpunch.fit.report.posterior import Posterior
 
 
@@ -109,7 +108,7 @@ def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Arr
                 f"priors[{shown(name)}] = {shown(prior)} must be Normal(mean, std), LogNormal(median, relative) or "
                 "Uniform(low, high)."
             )
-    alone = len(problem.setups) == 1 and ensemble.applies(problem.parts[0])
+    alone = len(problem.setups) == 1 and at_once(problem.parts[0])
     if alone:
         problem, x = _extended(problem, x, given)
         k = result.curve.spring_constant

@@ -8,7 +8,7 @@ import numpy as np
 
 from flatpunch._support.checks import TINY, Array
 from flatpunch.fit.elastic.setup import DIP, Approached, approached
-from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
+from flatpunch.fit.least_squares.problem import Setup, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import check_drag, speed_of
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
@@ -16,8 +16,7 @@ from flatpunch.fit.measured.signal import spread_of
 from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
-from flatpunch.fit.viscoelastic.model import HistoryModel
-from flatpunch.fit.viscoelastic.objective import HistoryObjective
+from flatpunch.fit.viscoelastic.model import HistoryModel, HistoryObjective
 
 _BINS, _SCANNED = 500, 120
 """Stretches of time that a history is averaged over, and those of the scan; half as many halve the time of a fit."""
