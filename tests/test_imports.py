@@ -90,7 +90,6 @@ _INSIDE = {
         {"together"},
         {"cases", "places"},
         {"films", "batch", "case"},
-        {"describe"},
         {"distributions", "reading"},
         {"pictures"},
         {"__init__"},

@@ -8,7 +8,8 @@ from typing import Unpack
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.adhesion.model import AdhesiveModel
@@ -18,7 +19,7 @@ from flatpunch.fit.least_squares.minimum import SETTLED, SOON, Minimum, minimise
 from flatpunch.fit.least_squares.problem import Problem, Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
-from flatpunch.fit.models import FAR, Model, bounds, model_of
+from flatpunch.fit.models import FAR, Model, bounds, check_segment, model_of, segments
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
@@ -181,22 +182,11 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
 
 def setup_of(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """Least-squares problem of a curve and a model; ValueError for a segment that does not go with the model."""
+    check_segment(settings.segment, segments(model.adhesive, model.over_time))
     if isinstance(model, AdhesiveModel):
-        if settings.segment == "approach":
-            raise ValueError("segment = 'approach' does not go with work_of_adhesion; it is 'retract' or 'both'.")
         return adhesive_setup(curve, model, limits, settings)
     if isinstance(model, HistoryModel):
-        if settings.segment not in ("auto", "both"):
-            raise BadValue(
-                "segment", repr(settings.segment), "does not go with relaxation: what was before is remembered."
-            )
         return history_setup(curve, model, limits, settings)
-    if settings.segment not in ("auto", "approach"):
-        raise BadValue(
-            "segment",
-            repr(settings.segment),
-            "goes with work_of_adhesion or relaxation; without them the approach is fitted.",
-        )
     return elastic_setup(curve, model, limits, settings)
 
 
@@ -213,20 +203,27 @@ def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settin
     if not found.converged:
         if not _along_a_valley(setup, found):
             raise CurveError(f"{name}: {_why_not(setup, found)}")
-        note = (
-            f"The {len(free)} parameters are poorly determined: the search ended after {found.evaluations} contacts, at "
-            "values that describe the curve within its noise. Others do as well; fix a parameter, or press deeper."
-        )
-        setup = replace(setup, notes=(*setup.notes, note))
+        setup = replace(setup, notes=(*setup.notes, unfinished(len(free), found)))
     return setup, found
 
 
 def _along_a_valley(setup: Setup, found: Minimum) -> bool:
     """Whether a search that costs a contact a step ended where only noise is left: neighbouring residuals are independent."""
-    if getattr(setup.objective.model, "tabulated", True):
-        return False
     left = found.residual
-    return bool(memory_of(left) < 2 / np.sqrt(left.size))
+    return not setup.objective.model.tabulated and bool(memory_of(left) < 2 / np.sqrt(left.size))
+
+
+def unfinished(count: int, found: Minimum) -> str:
+    """A note about a search for `count` parameters that was given up."""
+    return (
+        f"The {count} parameters are poorly determined: the search ended after {found.evaluations} contacts of a curve, at "
+        "values that describe the data about as well as others do. Fix a parameter, or press deeper."
+    )
+
+
+def effort(tabulated: bool, quick: bool = False) -> Plain:
+    """How long is searched; where each step solves the contact, valleys that hardly end would cost hundreds: they are noted."""
+    return {"settled": SOON if quick else SETTLED} if tabulated else {"settled": 1e-2, "steps": 20}
 
 
 def _why_not(setup: Setup, found: Minimum) -> str:
@@ -255,21 +252,16 @@ def _why_not(setup: Setup, found: Minimum) -> str:
 def descended(setup: Setup, start: Array, settings: Settings) -> Minimum:
     """Least squares from a start: on block means first, then on all readings (batches stay with the means)."""
     objective, coarse = setup.objective, setup.coarse
-    settled, steps = (SOON if settings.quick else SETTLED), 200
-    if not getattr(objective.model, "tabulated", True):
-        # each step solves the contact, and valleys that hardly end would cost hundreds: they are reported instead
-        settled, steps = 1e-2, 20
-    if coarse is None or coarse is objective:
-        found = minimise(objective.evaluate, start, setup.lower, setup.upper, settled=settled, steps=steps)
-    else:
-        found = minimise(coarse.evaluate, start, setup.lower, setup.upper, settled=settled, steps=steps)
+    bounds, how = (setup.lower, setup.upper), effort(objective.model.tabulated, settings.quick)
+    found = minimise((coarse or objective).evaluate, start, *bounds, **how)
+    if coarse is not None and coarse is not objective:
         if settings.quick:
             residual, jacobian = objective.evaluate(found.x)
             found = replace(found, residual=residual, normal=jacobian @ jacobian.T)
         else:
-            found = minimise(objective.evaluate, found.x, setup.lower, setup.upper, settled=settled, steps=steps)
+            found = minimise(objective.evaluate, found.x, *bounds, **how)
     if settings.loss != "linear":
-        found = reweighted(objective, found, setup.lower, setup.upper, settings.loss)
+        found = reweighted(objective, found, *bounds, settings.loss)
     return found
 
 

@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.kinds import instance
+from flatpunch._support.prefixes import text
 from flatpunch.fit.distributions import bars
 from flatpunch.fit.half_space.formulas import layer_on_top
-from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
+from flatpunch.fit.report.quantities import axis_label, unit_of
 from flatpunch.fit.report.quantities import label as label_of
 from flatpunch.plots.style import (
     BLUE,
@@ -218,7 +219,7 @@ def _several(result: FitResult, top: Axes, bottom: Axes) -> None:
 def _title(name: str, result: FitResult, parameters: Sequence[str]) -> str:
     """Name of a curve and fitted values, in lines that fit above one panel."""
     name = name if len(name) <= _LETTERS - 1 else name[: _LETTERS - 2] + "…"
-    words = [f"{label_of(each)} = {quantity(result[each], unit_of(each))}" for each in parameters]
+    words = [f"{label_of(each)} = {text(result[each], unit_of(each))}" for each in parameters]
     # a value keeps to its line: spaces within it do not break
     values = ", ".join(printed(word).replace("-", "−").replace(" ", "\u00a0") for word in words)
     return textwrap.fill(f"{name}: {values}" if values else name, _LETTERS, break_on_hyphens=False)

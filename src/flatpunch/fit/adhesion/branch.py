@@ -21,7 +21,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliance import compliance
 from flatpunch.contact.adhesion.branch import Branch, Equilibria
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
@@ -115,7 +115,7 @@ class BranchTables:
         """All four functions, shape (4, n); nan beyond the largest radius. What the tables have in common is solved once."""
         key = (q, radius.tobytes())
         if key not in self._solved:
-            if len(self._solved) > 64:
+            if len(self._solved) > 100:
                 self._solved.clear()
             branch, indenter, work = self.family.branch(q)
             inside = radius < largest_radius(branch.kernel, indenter.reach)
@@ -134,7 +134,7 @@ class BranchTables:
             base = branch.base if isinstance(branch, PerturbedBranch) else branch
             length = 1.0 if base.kernel.homogeneous or base.kernel.exponent else base.kernel.length
             most = largest_radius(base.kernel, indenter.reach)
-            radius = np.geomspace(1e-12 * min(length, most), min(1e3 * length, most) / 2, 200)
+            radius = np.geomspace(ROUNDING * min(length, most), min(1e3 * length, most) / 2, 100)
             contact = base.at(radius)
             work = branch.work
             self._coarse = np.log(radius), np.log(contact.plain.depth), np.log(contact.retraction) - np.log(work) / 2
@@ -229,8 +229,8 @@ class StableBranch:
                 break
             top += 4 * STEP
         self.top = top
-        # decades of radius over which pull-off is looked for
-        x = np.linspace(top - 6.0 * np.log(10), top, 40 * int(6.0))
+        # six decades of radius, over which pull-off is looked for
+        x = np.append(np.arange(top - 6 * np.log(10), top - STEP / 2, STEP), top)
         _, rising = self._depths(x)
         below = np.flatnonzero(rising <= 0)
         self.fold = float(x[0])

@@ -145,7 +145,7 @@ def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:
     if found.modulus:
         back[found.modulus], tension[found.modulus] = -0.5, 0.5
     if found.length:
-        back[found.length], tension[found.length] = 0.5, 1.5
+        back[found.length], tension[found.length] = 1 / 2, 3 / 2
     return back, tension
 
 

@@ -23,7 +23,7 @@ from flatpunch.fit.parameters.unknowns import Unknowns
 
 Evaluate = Callable[[Array], tuple[Array, Array]]
 
-_DAMPING = (1e-12, 1e10)
+_DAMPING = (ROUNDING, 1e10)
 """Smallest and largest damping; beyond the largest no step improves."""
 SETTLED = 1e-4
 """A step this small against the standard errors ends the search."""
@@ -132,6 +132,17 @@ def minimise(
         converged = change < (100 * settled) ** 2 * variance
     at_bound = (x <= lower) | (x >= upper)
     return Minimum(x, residual, jacobian @ jacobian.T, converged, at_bound & ~frozen, evaluations)
+
+
+def differences(
+    residuals: Callable[[Array], Array], x: Array, step: float, limits: tuple[Array, Array] | None = None
+) -> Array:
+    """Derivatives (p, n) of residuals (n,) by central differences, one-sided at limits."""
+    ends = [x + step * np.eye(x.size), x - step * np.eye(x.size)]
+    if limits is not None:
+        ends = [np.clip(end, *limits) for end in ends]
+    way = np.diag(ends[0] - ends[1])
+    return np.array([residuals(up) - residuals(down) for up, down in zip(*ends, strict=True)]) / way[:, None]
 
 
 def _tried(evaluate: Evaluate, x: Array, like: Array) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ the curvature, 1e-6 of the force. Curves with drag in their background are not a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -42,12 +42,11 @@ class Objective(Unknowns):
     softest: float | None = None
     white: Array | None = None
     """Factors (n,) or a lower triangular factor (n, n) that make residuals independent and alike; in the place of `counts`."""
-    position: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         Unknowns.__post_init__(self)
-        position = self.depth if self.spring is None else self.depth + self.force / self.spring
-        object.__setattr__(self, "position", position)
+        if self.spring is not None:
+            object.__setattr__(self, "position", self.depth + self.force / self.spring)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
@@ -123,18 +122,6 @@ class Objective(Unknowns):
         """How much faster the piezo moves than the tip."""
         assert self.spring is not None
         return 1 + stiffness / self.spring
-
-    def gives(self, x: Array) -> Array:
-        """How many times larger than a residual the difference in force at the measured position of the tip is, shape (n,)."""
-        theta, rest = self.split(x)
-        depth = self.depth - rest["contact"]
-        if self.spring is not None:
-            depth = depth + self.background(rest, self.position, self.speed) / self.spring
-        inside = depth > 0
-        result = np.ones(depth.size)
-        if self.spring is not None and inside.any():
-            result[inside] = self._give(self.model.evaluate(depth[inside], theta)[1])
-        return result
 
     def over(self, curve: Curve, x: Array) -> Array:
         """Fitted force at all points of the curve that is shown [N]."""

@@ -90,6 +90,12 @@ def with_nuisance(
     return np.append(limits[0], [low for low, _ in ends]), np.append(limits[1], [high for _, high in ends])
 
 
+def contact_ends(settings: Settings, turned: float, low: float, high: float) -> tuple[float, float]:
+    """Limits of the contact point on an axis whose sign is `turned` [m]: those of the user, or the given ones."""
+    asked = settings.contact_limits(turned)
+    return (low if asked[0] is None else asked[0]), (high if asked[1] is None else asked[1])
+
+
 def cut(curve: Curve, settings: Settings, depth_sign: float = 1.0, force_sign: float = 1.0) -> Curve:
     """The curve before it first reaches `force_to` or `depth_to`, given on the user's own axes (signs of turned ones)."""
     end = curve.depth.size

@@ -47,8 +47,10 @@ class _Chains:
 
 
 _CHAINS = _Chains()
-_FAR = 14.0
-"""Internal limits of a number that has a prior only: a factor 1e6 either way."""
+_FAR = float(np.log(1e6))
+"""Internal limits of a number that has a prior only: a factor of a million either way."""
+_TAIL = 0.01
+"""Share of the draws that is left out for their range, and of this range that is next to a limit."""
 
 
 @one_blas_thread()
@@ -248,8 +250,8 @@ def _alike(density: LogPosterior, sampled: LogPosterior, positions: Array) -> bo
 def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Array) -> list[str]:
     """What the numbers do not say by themselves."""
     notes = list(correlated(result.memory, result.minimum.residual.size))
-    spread, (low, high) = np.std(values, axis=0), np.quantile(positions, [0.005, 0.995], axis=0)
-    near = 0.01 * (high - low)
+    spread, (low, high) = np.std(values, axis=0), np.quantile(positions, [_TAIL / 2, 1 - _TAIL / 2], axis=0)
+    near = _TAIL * (high - low)
     ended = (low - density.lower > near) & (density.upper - high > near)
     for j, name in enumerate(density.names):
         prior = density.priors.get(name)

@@ -24,6 +24,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.least_squares.minimum import differences
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import Sample
@@ -179,16 +180,7 @@ class HistoryObjective(Unknowns):
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
-        residual = self.residuals(x)
-        rows = np.empty((x.size, residual.size))
-        for j in range(x.size):
-            ends = []
-            for side in (1, -1):
-                y = x.copy()
-                y[j] += side * _STEP
-                ends.append(self.residuals(y))
-            rows[j] = (ends[0] - ends[1]) / (2 * _STEP)
-        return residual, rows
+        return self.residuals(x), differences(self.residuals, x, _STEP)
 
     def residuals(self, x: Array) -> Array:
         """Residuals over the force range, shape (n,)."""
