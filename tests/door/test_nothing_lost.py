@@ -20,7 +20,7 @@ from flatpunch import atlas
 from flatpunch._support.whole_file import sealed, write_whole
 from flatpunch.cli.app import app
 from flatpunch.cli.terminal import outputs_of
-from flatpunch.fit.records import Records
+from flatpunch.fit.places import Records
 
 BODY = """
 title = "Gel"
