@@ -9,8 +9,10 @@ property of that name as the default of the field.
 
 from __future__ import annotations
 
+from flatpunch._support.numbers import Checked
 
-class Shape:
+
+class Shape(Checked):
     """Idealised smooth shape: the members of `Indenter` that describe it, with the values that most shapes have."""
 
     __slots__ = ()

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import a_curvature, a_length, checked
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_slender, spread
 from flatpunch.indenters.shape import RoundShape, Shape
@@ -33,10 +35,7 @@ class Paraboloid(RoundShape):
     Paraboloid(radius=5e-06)
     """
 
-    radius: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("Paraboloid.radius", self.radius, unit="m"))
+    radius: Annotated[float, a_length("radius", example="5 um")]
 
     @property
     def exponent(self) -> float:
@@ -54,6 +53,9 @@ class Paraboloid(RoundShape):
     def slope(self, r: Array, phi: Array) -> Array:
         """Radial derivative df/dr [-], same broadcasting."""
         return spread(np.asarray(r) / self.radius, phi)
+
+
+_HALF = "A and B are half the principal curvatures, 1/(2 R)."
 
 
 @readable
@@ -77,14 +79,21 @@ class EllipticParaboloid(Shape):
     EllipticParaboloid(A=100000, B=200000)
     """
 
-    A: float
-    B: float
+    A: Annotated[float, a_curvature("curvature A", remedy=_HALF)]
+    B: Annotated[float, a_curvature("curvature B", remedy=_HALF)]
 
-    def __post_init__(self) -> None:
-        hint = "A and B are half the principal curvatures, 1/(2 R)."
-        object.__setattr__(self, "A", positive("EllipticParaboloid.A", self.A, hint, unit="1/m"))
-        object.__setattr__(self, "B", positive("EllipticParaboloid.B", self.B, hint, unit="1/m"))
+    def _together_(self) -> None:
         check_slender("EllipticParaboloid", self.A, self.B)
+
+    @classmethod
+    @checked
+    def of_radii(
+        cls,
+        radius_x: Annotated[float, a_length("radius along x", remedy="The tip is convex.", example="20 um")],
+        radius_y: Annotated[float, a_length("radius along y", remedy="The tip is convex.", example="12 um")],
+    ) -> EllipticParaboloid:
+        """Paraboloid of the principal radii of curvature along x and y [m]."""
+        return cls(0.5 / radius_x, 0.5 / radius_y)
 
     @property
     def exponent(self) -> float:
