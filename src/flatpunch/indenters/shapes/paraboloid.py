@@ -9,7 +9,8 @@ import numpy as np
 from flatpunch._support.checks import Array, positive
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_slender, spread
-from flatpunch.indenters.shape import RoundShape, Shape
+from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.shape import RoundShape
 
 
 @readable
@@ -58,7 +59,7 @@ class Paraboloid(RoundShape):
 
 @readable
 @dataclass(frozen=True, slots=True)
-class EllipticParaboloid(Shape):
+class EllipticParaboloid(Indenter):
     """Paraboloid with elliptic level lines, f = A x^2 + B y^2.
 
     Parameters

@@ -17,7 +17,7 @@ import scipy
 from flatpunch._support.checks import Array, BadValue, Values, positive, values
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, SCATTERED, check_exponent, corner_angles, power
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 
 @readable
@@ -117,7 +117,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
 
 @readable
 @dataclass(frozen=True, slots=True)
-class PowerLaw(Shape):
+class PowerLaw(Indenter):
     """Indenter f = r^n psi(phi).
 
     Parameters

@@ -11,12 +11,12 @@ from flatpunch._support.ceilings import SIDES
 from flatpunch._support.checks import Array, whole
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, inclination, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Pyramid(Shape):
+class Pyramid(Indenter):
     """Regular pyramid, f = tan(inclination) max_j (x·n_j).
 
     The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,

@@ -10,12 +10,12 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue, positive
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_exponent, check_slender, power
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Superellipse(Shape):
+class Superellipse(Indenter):
     """Power law with superelliptic level lines, ``f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p)``.
 
     Parameters

@@ -22,7 +22,7 @@ import numpy as np
 from flatpunch._support.checks import Array, positive, shown, switch
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid, edge_directions, face_gradients
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -30,7 +30,7 @@ from flatpunch.indenters.shapes.pyramid import Pyramid
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Rounded(Shape):
+class Rounded(Indenter):
     """Pyramid or cone whose tip is rounded with a given radius, its faces tangent to the cap.
 
     Parameters

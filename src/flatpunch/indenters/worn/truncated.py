@@ -14,14 +14,12 @@ from flatpunch._support.checks import Array, BadValue, positive, refused_overflo
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
-from flatpunch.indenters.profile import Indenter, check_indenter, check_rising, split_angles
-from flatpunch.indenters.shape import Shape
-from flatpunch.indenters.shapes.cylinder import Cylinder
+from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Truncated(Shape):
+class Truncated(Indenter):
     """Tip cut off flat: f = max(0, f_tip - height).
 
     The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names the
@@ -53,7 +51,7 @@ class Truncated(Shape):
     def __post_init__(self) -> None:
         check_indenter(self.tip, "Truncated.tip")
         check_rising(self.tip)
-        if isinstance(self.tip, (Cylinder, Truncated)):
+        if self.tip.flat or isinstance(self.tip, Truncated):
             raise TypeError(f"Truncated.tip = {shown(self.tip)} is flat already.")
         removed = positive(
             "Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.", unit="m"
@@ -95,7 +93,7 @@ class Truncated(Shape):
     @property
     def seams(self) -> tuple[float, ...]:
         """Joints of the tip [rad]."""
-        return tuple(getattr(self.tip, "seams", ()))
+        return self.tip.seams
 
     @property
     def rings(self) -> tuple[float, ...]:
@@ -108,9 +106,9 @@ class Truncated(Shape):
         return self.tip.round
 
     @property
-    def angular_tolerance(self) -> float | None:
+    def angular_tolerance(self) -> float:
         """Tolerance of angular means of the tip; `crossings` gives the angles at which circles cross the border of the flat."""
-        return getattr(self.tip, "angular_tolerance", None)
+        return self.tip.angular_tolerance
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -143,7 +141,7 @@ class Truncated(Shape):
     @property
     def _of_tip(self) -> Callable[[Array], Array] | None:
         """What the tip says of its own kinks."""
-        return getattr(self.tip, "crossings", None)
+        return self.tip.crossings
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
@@ -207,7 +205,7 @@ def _least(function: Callable[[Array], Array], about: Array, width: float) -> Ar
 
 def _angles(tip: Indenter) -> Array:
     even = FULL_TURN * np.arange(RAYS) / RAYS
-    return np.array(sorted({*even, *split_angles(tip)}))
+    return np.array(sorted({*even, *tip.split_angles}))
 
 
 def _level_radii(tip: Indenter, level: float, phi: Array) -> Array:
