@@ -33,7 +33,7 @@ from flatpunch.indenters.measured.height_grid import (
 )
 from flatpunch.indenters.measured.rising import first_fall
 from flatpunch.indenters.measured.smoothing import what_smoothing_changed
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 Smoothing = Annotated[
     float, a_length("smoothing", above=-np.inf, least=0.0, varies=False, remedy="0 interpolates the map as it is.")
@@ -42,7 +42,7 @@ Smoothing = Annotated[
 
 @readable
 @dataclass(frozen=True, slots=True, eq=False)
-class HeightMap(Shape):
+class HeightMap(Indenter):
     """Tip given by heights on a rectangular grid; the spline rounds its edges over the distance of two points.
 
     Parameters
@@ -102,8 +102,8 @@ class HeightMap(Shape):
     reach: float = field()
     smoothing: float
     digest: str
-    rising: bool
-    elsewhere: float
+    rising: bool = field()
+    elsewhere: float = field()
     why_not_rising: str = field(repr=False)
     notes: tuple[str, ...] = field(repr=False)
     _spline: scipy.interpolate.RectBivariateSpline = field(repr=False)

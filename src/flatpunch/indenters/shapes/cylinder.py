@@ -42,6 +42,11 @@ class Cylinder(RoundShape):
         """R [m]."""
         return self.radius
 
+    @property
+    def flat(self) -> bool:
+        """True."""
+        return True
+
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite for r > R."""
         return spread(np.where(np.asarray(r) <= self.radius, 0.0, np.inf), phi)

@@ -11,13 +11,13 @@ from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_slender, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.sphere import USABLE
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Ellipsoid(Shape):
+class Ellipsoid(Indenter):
     """Lower half of an ellipsoid, f = half_z (1 - sqrt(1 - (x/half_x)^2 - (y/half_y)^2)).
 
     `EllipticParaboloid(half_z/(2 half_x^2), half_z/(2 half_y^2))` is its small-contact limit.

@@ -18,13 +18,13 @@ from flatpunch._support.checks import Array
 from flatpunch._support.numbers import Inclination, an_angle
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, SAME, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.pyramid import Pyramid
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FacetedPyramid(Shape):
+class FacetedPyramid(Indenter):
     """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).
 
     Parameters

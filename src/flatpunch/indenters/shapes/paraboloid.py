@@ -11,7 +11,8 @@ from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_curvature, a_length, checked
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_slender, spread
-from flatpunch.indenters.shape import RoundShape, Shape
+from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.shape import RoundShape
 
 
 @readable
@@ -60,7 +61,7 @@ _HALF = "A and B are half the principal curvatures, 1/(2 R)."
 
 @readable
 @dataclass(frozen=True, slots=True)
-class EllipticParaboloid(Shape):
+class EllipticParaboloid(Indenter):
     """Paraboloid with elliptic level lines, f = A x^2 + B y^2.
 
     Parameters

@@ -18,7 +18,7 @@ from flatpunch._support.checks import Array, BadValue, Values
 from flatpunch._support.numbers import Checked, Number, an_angle, checked
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, corner_angles, power
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 Psi = Annotated[float, Number("angular factor", None, above=0.0)]
 
@@ -116,7 +116,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
 
 @readable
 @dataclass(frozen=True, slots=True)
-class PowerLaw(Shape):
+class PowerLaw(Indenter):
     """Indenter f = r^n psi(phi).
 
     Parameters

@@ -13,7 +13,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.numbers import HalfOpeningAngle, Inclination, a_count, checked
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 Sides = Annotated[
     int,
@@ -25,7 +25,7 @@ Sides = Annotated[
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Pyramid(Shape):
+class Pyramid(Indenter):
     """Regular pyramid, f = tan(inclination) max_j (x·n_j).
 
     The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,

@@ -11,12 +11,12 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Roller(Shape):
+class Roller(Indenter):
     """Roller along y, f = x^2/(2 R) + g(y); solved by boundary elements.
 
     Parameters

@@ -12,12 +12,12 @@ from flatpunch._support.ceilings import SIDES
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import a_count, a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class RoundedPunch(Shape):
+class RoundedPunch(Indenter):
     """Flat end, a regular polygon, that passes into rounded edges, f = s^2/(2 corner_radius); solved by boundary elements.
 
     s is the distance from the flat, so that the corners of the polygon are rounded as well.

@@ -12,12 +12,12 @@ from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length, a_ratio
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import Exponent, check_slender, power
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Superellipse(Shape):
+class Superellipse(Indenter):
     """Power law with superelliptic level lines, ``f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p)``.
 
     Parameters

@@ -24,7 +24,7 @@ from flatpunch._support.checks import Array, shown
 from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid, edge_directions, face_gradients
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -32,7 +32,7 @@ from flatpunch.indenters.shapes.pyramid import Pyramid
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Rounded(Shape):
+class Rounded(Indenter):
     """Pyramid or cone whose tip is rounded with a given radius, its faces tangent to the cap.
 
     Parameters

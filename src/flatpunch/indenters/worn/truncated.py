@@ -16,14 +16,12 @@ from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
-from flatpunch.indenters.profile import Indenter, check_indenter, check_rising, split_angles
-from flatpunch.indenters.shape import Shape
-from flatpunch.indenters.shapes.cylinder import Cylinder
+from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Truncated(Shape):
+class Truncated(Indenter):
     """Tip cut off flat: f = max(0, f_tip - height).
 
     The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names the
@@ -55,7 +53,7 @@ class Truncated(Shape):
     def _together_(self) -> None:
         check_indenter(self.tip, "Truncated.tip")
         check_rising(self.tip)
-        if isinstance(self.tip, (Cylinder, Truncated)):
+        if self.tip.flat or isinstance(self.tip, Truncated):
             raise TypeError(f"Truncated.tip = {shown(self.tip)} is flat already.")
         object.__setattr__(self, "_rings", _border(self.tip, self.height_removed))
 
@@ -97,7 +95,7 @@ class Truncated(Shape):
     @property
     def seams(self) -> tuple[float, ...]:
         """Joints of the tip [rad]."""
-        return tuple(getattr(self.tip, "seams", ()))
+        return self.tip.seams
 
     @property
     def rings(self) -> tuple[float, ...]:
@@ -110,9 +108,9 @@ class Truncated(Shape):
         return self.tip.round
 
     @property
-    def angular_tolerance(self) -> float | None:
+    def angular_tolerance(self) -> float:
         """Tolerance of angular means of the tip; `crossings` gives the angles at which circles cross the border of the flat."""
-        return getattr(self.tip, "angular_tolerance", None)
+        return self.tip.angular_tolerance
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -145,7 +143,7 @@ class Truncated(Shape):
     @property
     def _of_tip(self) -> Callable[[Array], Array] | None:
         """What the tip says of its own kinks."""
-        return getattr(self.tip, "crossings", None)
+        return self.tip.crossings
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
@@ -209,7 +207,7 @@ def _least(function: Callable[[Array], Array], about: Array, width: float) -> Ar
 
 def _angles(tip: Indenter) -> Array:
     even = FULL_TURN * np.arange(RAYS) / RAYS
-    return np.array(sorted({*even, *split_angles(tip)}))
+    return np.array(sorted({*even, *tip.split_angles}))
 
 
 def _level_radii(tip: Indenter, level: float, phi: Array) -> Array:
