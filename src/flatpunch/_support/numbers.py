@@ -40,7 +40,7 @@ class Number:
     outside : str
         The whole message, where it is more than the range.
     about : str
-        What it is measured between, where a case file may give another number in its place.
+        What it is measured between, or in which formula, where a case file may give another number in its place.
     example : str
         The value that the page proposes, as case files write it.
     whole : bool
@@ -92,20 +92,27 @@ class Number:
         """Return a value as a number in its range; the message of the error has the name, the value and the remedy."""
         if self.whole:
             return whole(name, value, int(self.least), self.remedy, most=int(self.most))
-        unit = None if self.unit is None else self.unit.replace("^", "**") or "1"
         condition = f">= {self.least:g}" if self.least > self.above else f"> {self.above:g}"
         one_sided = math.isfinite(self.low) and math.isinf(self.high)
-        number = real_or_hint(name, value, condition, self.remedy, unit) if one_sided else real(name, value, unit)
+        number = (
+            real_or_hint(name, value, condition, self.remedy, self._converted)
+            if one_sided
+            else real(name, value, self._converted)
+        )
         if self.above < number < self.below and self.least <= number <= self.most:
             return number
         limits = f"be finite and {condition}" if one_sided else f"lie between {self.low:g} and {self.high:g}"
         raise BadValue(name, repr(number), self.outside or f"must {limits}. {self.remedy}")
 
-    def sequence(self, name: str, value: object) -> tuple[float, ...]:
+    def sequence(self, name: str, value: Any) -> tuple[float, ...]:
         """Return a sequence of values in the range."""
-        unit = None if self.unit is None else self.unit.replace("^", "**") or "1"
-        found = values(name, value, minimum=-math.inf, unit=unit, smallest=0.0).tolist()
-        return tuple(self.checked(name if np.ndim(value) == 0 else f"{name}[{i}]", v) for i, v in enumerate(found))  # type: ignore[arg-type]
+        found = values(name, value, minimum=-math.inf, unit=self._converted, smallest=0.0).tolist()
+        return tuple(self.checked(f"{name}[{i}]" if np.ndim(value) else name, each) for i, each in enumerate(found))
+
+    @property
+    def _converted(self) -> str | None:
+        """The unit to which quantities are converted."""
+        return None if self.unit is None else self.unit.replace("^", "**") or "1"
 
 
 def a_length(what: str, **more: Any) -> Number:

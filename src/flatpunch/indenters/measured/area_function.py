@@ -19,10 +19,11 @@ from flatpunch._support.checks import Array, BadValue, refused_overflow
 from flatpunch._support.numbers import a_length, a_ratio
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import SAME, spread
+from flatpunch.indenters._common import SAME, case_file, spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class AreaFunction(RoundShape):

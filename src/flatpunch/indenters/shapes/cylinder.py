@@ -10,10 +10,11 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import case_file, spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class Cylinder(RoundShape):

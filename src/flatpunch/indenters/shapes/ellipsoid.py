@@ -10,11 +10,12 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import check_slender, spread
+from flatpunch.indenters._common import case_file, check_slender, spread
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.sphere import USABLE
 
 
+@case_file(tilts=True)
 @readable
 @dataclass(frozen=True, slots=True)
 class Ellipsoid(Indenter):

@@ -10,11 +10,12 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_curvature, a_length, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import check_slender, spread
+from flatpunch.indenters._common import case_file, check_slender, spread
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import RoundShape
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class Paraboloid(RoundShape):
@@ -57,8 +58,10 @@ class Paraboloid(RoundShape):
 
 
 _HALF = "A and B are half the principal curvatures, 1/(2 R)."
+_LEVELS = "f = A x^2 + B y^2"
 
 
+@case_file("", "of_radii")
 @readable
 @dataclass(frozen=True, slots=True)
 class EllipticParaboloid(Indenter):
@@ -80,8 +83,8 @@ class EllipticParaboloid(Indenter):
     EllipticParaboloid(A=100000, B=200000)
     """
 
-    A: Annotated[float, a_curvature("curvature A", remedy=_HALF)]
-    B: Annotated[float, a_curvature("curvature B", remedy=_HALF)]
+    A: Annotated[float, a_curvature("curvature A", remedy=_HALF, about=_LEVELS)]
+    B: Annotated[float, a_curvature("curvature B", remedy=_HALF, about=_LEVELS)]
 
     def _together_(self) -> None:
         check_slender("EllipticParaboloid", self.A, self.B)

@@ -15,9 +15,9 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, BadValue, Values
-from flatpunch._support.numbers import Checked, Number, an_angle, checked
+from flatpunch._support.numbers import Checked, Number, a_length, a_ratio, an_angle, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, corner_angles, power
+from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, case_file, corner_angles, power
 from flatpunch.indenters.profile import Indenter
 
 Psi = Annotated[float, Number("angular factor", None, above=0.0)]
@@ -114,6 +114,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
     return scipy.interpolate.PPoly(np.hstack([piece.c for piece in pieces]), joints)
 
 
+@case_file("through")
 @readable
 @dataclass(frozen=True, slots=True)
 class PowerLaw(Indenter):
@@ -163,6 +164,25 @@ class PowerLaw(Indenter):
         object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", corners))
         object.__setattr__(self, "angular", _as_angular(angular, self.corners))
         object.__setattr__(self, "_round", bool(np.ptp(_tried(self.angular)) == 0))
+
+    @classmethod
+    @checked
+    def through(
+        cls,
+        exponent: Exponent,
+        radius: Annotated[float, a_length("radius", example="5 um")],
+        height: Annotated[float, a_length("height", example="1 um")],
+        angles: tuple[Annotated[float, an_angle("angles", least=-np.inf)], ...] | None = None,
+        factors: tuple[Annotated[float, a_ratio("factors", example="[1.0, 1.2, 1.1]")], ...] | None = None,
+        corners: tuple[Annotated[float, an_angle("corners", least=-np.inf)], ...] = (),
+    ) -> PowerLaw:
+        """Power law by its height at a radius [m], f = height (r/radius)^exponent, times factors at polar angles [rad]."""
+        if (angles is None) != (factors is None):
+            raise ValueError("angles and factors belong together: one factor for each polar angle of one turn.")
+        psi = height / radius**exponent
+        if angles is None or factors is None:
+            return cls(exponent, psi)
+        return cls(exponent, (angles, [psi * factor for factor in factors]), corners)
 
     @property
     def round(self) -> bool:

@@ -12,7 +12,7 @@ from flatpunch._support.ceilings import SIDES
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import HalfOpeningAngle, Inclination, a_count, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, spread
+from flatpunch.indenters._common import FULL_TURN, case_file, spread
 from flatpunch.indenters.profile import Indenter
 
 Sides = Annotated[
@@ -23,6 +23,7 @@ Sides = Annotated[
 ]
 
 
+@case_file("", "of_opening", wears=True)
 @readable
 @dataclass(frozen=True, slots=True)
 class Pyramid(Indenter):

@@ -11,9 +11,11 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
+from flatpunch.indenters._common import case_file
 from flatpunch.indenters.profile import Indenter
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class Roller(Indenter):

@@ -10,17 +10,18 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import case_file, spread
 from flatpunch.indenters.shape import RoundShape
 
 USABLE = 0.95
 """Largest contact radius over R: beyond it slopes exceed 3, which the theory does not cover."""
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class Sphere(RoundShape):
-    """Ball, f = R - sqrt(R^2 - r^2); `Paraboloid` is its small-contact limit.
+    """Sphere, f = R - sqrt(R^2 - r^2); `Paraboloid` is its small-contact limit.
 
     Parameters
     ----------
