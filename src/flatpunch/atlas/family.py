@@ -16,17 +16,22 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.readable import readable
 from flatpunch.atlas.parameter import Parameter
+from flatpunch.compliance.layered import constants_of
 from flatpunch.media import (
+    AnyLayer,
+    Base,
     Body,
     ExponentialModulus,
     GradedLayer,
     HalfSpace,
     Layer,
     LinearModulus,
+    Material,
     Medium,
     RigidBase,
 )
 from flatpunch.media.laws import Law
+from flatpunch.media.material import young_and_poisson
 
 L = TypeVar("L", Layer, GradedLayer)
 S = TypeVar("S", HalfSpace, RigidBase)
@@ -164,18 +169,18 @@ def _graded_coating(law: Law, poisson: float) -> Medium:
 
 def find_bonded_layer(medium: Body) -> Mapping[str, float] | None:
     """Parameters of a layer bonded to a rigid base."""
-    found = _only_layer(medium, Layer, RigidBase, bonded=True)
-    return None if found is None else {"poisson": found[0].poisson}
+    found = _only_isotropic(medium, rigid=True, bonded=True)
+    return None if found is None else {"poisson": constants_of(found[0])[1]}
 
 
 def find_sliding_layer(medium: Body) -> Mapping[str, float] | None:
     """Parameters, none, of a layer that slides on a rigid base."""
-    return None if _only_layer(medium, Layer, RigidBase, bonded=False) is None else {}
+    return None if _only_isotropic(medium, rigid=True, bonded=False) is None else {}
 
 
 def find_bonded_coating(medium: Body) -> Mapping[str, float] | None:
     """Parameters of a layer bonded to a half-space."""
-    found = _only_layer(medium, Layer, HalfSpace, bonded=True)
+    found = _only_isotropic(medium, rigid=False, bonded=True)
     if found is None:
         return None
     layer, base = found
@@ -188,7 +193,7 @@ def find_bonded_coating(medium: Body) -> Mapping[str, float] | None:
 
 def find_sliding_coating(medium: Body) -> Mapping[str, float] | None:
     """Parameters of a layer that slides on a half-space."""
-    found = _only_layer(medium, Layer, HalfSpace, bonded=False)
+    found = _only_isotropic(medium, rigid=False, bonded=False)
     return None if found is None else {"modulus_ratio": found[0].surface_modulus / found[1].surface_modulus}
 
 
@@ -203,19 +208,22 @@ def find_exponential_coating(medium: Body) -> Mapping[str, float] | None:
 
 
 def _find_graded(medium: Body, law: type) -> Mapping[str, float] | None:
-    found = _only_layer(medium, GradedLayer, HalfSpace, bonded=True)
-    if found is None or found[0].anisotropic or not isinstance(found[0].young, law):
+    found = _only_layer(medium, rigid=False, bonded=True)
+    if found is None:
         return None
     layer, base = found
+    if not isinstance(layer, GradedLayer) or layer.anisotropic or not isinstance(layer.young, law):
+        return None
+    young, poisson = young_and_poisson(base)
     top, bottom = layer.young_at(np.array([0.0, layer.thickness]))
     ends = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
-    if not np.isclose(bottom, base.young, rtol=ROUNDING) or np.abs(ends - base.poisson).max() > ROUNDING:
+    if not np.isclose(bottom, young, rtol=ROUNDING) or np.abs(ends - poisson).max() > ROUNDING:
         return None
     # a law may end below the layer; then the layer holds a part of it only, which is again a law of the same kind
-    return {"modulus_ratio": float(top / bottom), "poisson": float(base.poisson)}
+    return {"modulus_ratio": float(top / bottom), "poisson": float(poisson)}
 
 
-def dundurs(film: Layer, base: HalfSpace) -> tuple[float, float]:
+def dundurs(film: Material, base: Material) -> tuple[float, float]:
     """Dundurs' parameters (alpha, beta) of two bonded materials [-].
 
     alpha = (E1* - E2*)/(E1* + E2*), beta = (1/2)(mu1 (1 - 2 nu2) - mu2 (1 - 2 nu1))/(mu1 (1 - nu2) + mu2 (1 - nu1)), with 1 the
@@ -233,18 +241,25 @@ def dundurs(film: Layer, base: HalfSpace) -> tuple[float, float]:
     >>> print(f"{alpha:.3f} {beta:.3f}")
     0.461 0.108
     """
-    mu1, mu2 = film.young / (2 * (1 + film.poisson)), base.young / (2 * (1 + base.poisson))
-    below = mu1 * (1 - base.poisson) + mu2 * (1 - film.poisson)
+    (mu1, nu1), (mu2, nu2) = constants_of(film), constants_of(base)
+    below = mu1 * (1 - nu2) + mu2 * (1 - nu1)
     alpha = (film.surface_modulus - base.surface_modulus) / (film.surface_modulus + base.surface_modulus)
-    return alpha, (mu1 * (1 - 2 * base.poisson) - mu2 * (1 - 2 * film.poisson)) / (2 * below)
+    return alpha, (mu1 * (1 - 2 * nu2) - mu2 * (1 - 2 * nu1)) / (2 * below)
 
 
-def _only_layer(medium: Body, kind: type[L], base: type[S], *, bonded: bool) -> tuple[L, S] | None:
-    """Layer and base of a medium with this one layer on such a base, or None."""
-    if not isinstance(medium, Medium) or len(medium.layers) != 1 or not isinstance(medium.base, base):
+def _only_layer(medium: Body, *, rigid: bool, bonded: bool) -> tuple[AnyLayer, Base] | None:
+    """Layer and base of a medium with this one layer on a rigid base or an isotropic half-space, or None."""
+    stack = medium.single
+    if not stack or len(stack.layers) != 1 or not (stack.base.rigid if rigid else stack.base.isotropic):
         return None
-    layer = medium.layers[0]
-    return (layer, medium.base) if isinstance(layer, kind) and layer.bonded == bonded else None
+    layer = stack.layers[0]
+    return (layer, stack.base) if layer.bonded == bonded else None
+
+
+def _only_isotropic(medium: Body, *, rigid: bool, bonded: bool) -> tuple[AnyLayer, Base] | None:
+    """The same of one isotropic layer that does not vary."""
+    found = _only_layer(medium, rigid=rigid, bonded=bonded)
+    return found if found and found[0].isotropic else None
 
 
 _POISSON = Parameter("poisson", "Poisson ratio nu of layer and base, constant over the depth", 0.0, 0.5, "upper", 0.03)

@@ -20,7 +20,7 @@ from flatpunch.atlas.solution import Solution
 from flatpunch.atlas.storage import read_table
 from flatpunch.atlas.table import Table
 from flatpunch.compliance import compliance
-from flatpunch.media import Body, Solid, TabulatedMedium
+from flatpunch.media import Body, TabulatedMedium
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 Outside = Literal["solve", "refuse"]
@@ -88,7 +88,7 @@ def find_table(name: str | Path) -> Any:
 
 
 def tabulated(
-    medium: Solid, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
+    medium: Body, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
 ) -> TabulatedMedium:
     """A medium that takes its flat punches from the atlas, for use as any other medium.
 

@@ -14,7 +14,7 @@ from flatpunch.kernels.vectors import checked
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
-    from flatpunch.media import Body, Solid
+    from flatpunch.media import Body
     from flatpunch.numerics.chebyshev import Numbers
 
 _DIRECT = 4000
@@ -180,7 +180,7 @@ def _matrices(
     return result.reshape(*shape, 3, 3)
 
 
-def _functions(body: Solid, square: Array, rtol: float) -> Callable[[Array], Radial]:
+def _functions(body: Body, square: Array, rtol: float) -> Callable[[Array], Radial]:
     """Callable: |q|^2 of a part of the wave vectors -> Radial."""
     if rtol > 0 and square.size > _DIRECT:
         present = square[square > 0]
