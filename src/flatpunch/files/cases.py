@@ -149,7 +149,7 @@ class CaseTable(ContactTable):
     """The whole file."""
 
     # wider than in the class it extends: fits take one relaxation, cases one for each body as well
-    relaxation: CaseRelaxationTable | None = None  # type: ignore[assignment]
+    relaxation: CaseRelaxationTable | None = None
 
     method: str | None = None
     stress: StressTable | None = None

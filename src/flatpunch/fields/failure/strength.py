@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, shown
+from flatpunch._support.checks import Array, shown
+from flatpunch._support.numbers import Checked, a_pressure
 from flatpunch._support.readable import readable
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.media import Stack
@@ -16,7 +17,7 @@ from flatpunch.media import Stack
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Strength:
+class Strength(Checked):
     """Strengths of a layer and of the interface below it; criteria left as None are not checked.
 
     Parameters
@@ -45,17 +46,11 @@ class Strength:
     Strength(yield_stress=2e+09, tensile=None, shear=None, interface_tension=None, interface_shear=None)
     """
 
-    yield_stress: float | None = None
-    tensile: float | None = None
-    shear: float | None = None
-    interface_tension: float | None = None
-    interface_shear: float | None = None
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if value is not None:
-                object.__setattr__(self, each.name, positive(f"Strength.{each.name}", value, unit="Pa"))
+    yield_stress: Annotated[float | None, a_pressure("yield stress")] = None
+    tensile: Annotated[float | None, a_pressure("tensile strength")] = None
+    shear: Annotated[float | None, a_pressure("shear strength")] = None
+    interface_tension: Annotated[float | None, a_pressure("interface, tension")] = None
+    interface_shear: Annotated[float | None, a_pressure("interface, shear")] = None
 
     @property
     def of_bulk(self) -> bool:
