@@ -21,8 +21,7 @@ from flatpunch.contact.methods import (
     exactly_solved,
 )
 from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
-from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import Indenter, check_rising, is_rising
+from flatpunch.indenters.profile import Indenter, check_rising
 from flatpunch.media import Body, FreeLayer
 
 if TYPE_CHECKING:
@@ -93,7 +92,7 @@ ELLIPSE = "exact (elliptic paraboloid)"
 
 def series_of(indenter: Indenter) -> Exact | SecondOrder | FourthOrder | BoundaryElements:
     """The fast method that is closest for a shape, whatever the medium; boundary elements where none applies."""
-    if not is_rising(indenter):
+    if not indenter.rising:
         return BoundaryElements()
     if indenter.round:
         return Exact()
@@ -171,7 +170,7 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
     are closer.
     """
     series = series_of(indenter)
-    if control.name == "depth" and control.values.max(initial=0.0) > getattr(indenter, "elsewhere", np.inf):
+    if control.name == "depth" and control.values.max(initial=0.0) > indenter.elsewhere:
         return Choice(BoundaryElements(), "parts of the map far from its apex are lower than the depth", quick=False)
     if isinstance(series, BoundaryElements):
         return Choice(series, "the tip does not rise from one apex in every direction", quick=False)
@@ -251,4 +250,4 @@ def solver_of(method: Method, indenter: Indenter) -> Method:
     """
     if not isinstance(method, BoundaryElements):
         check_rising(indenter)
-    return Exact() if isinstance(indenter, Cylinder) else method
+    return Exact() if indenter.flat else method

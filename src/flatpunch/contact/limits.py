@@ -16,9 +16,9 @@ from flatpunch._support.checks import Array, Flags
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Curve, first_failure
 from flatpunch.contact.finite_strain.correction import overestimate
-from flatpunch.indenters import AreaFunction, Cylinder
+from flatpunch.indenters import AreaFunction
 from flatpunch.indenters._common import SCATTERED
-from flatpunch.indenters.profile import Indenter, is_rising, reach_along
+from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
     AnyLayer,
     Body,
@@ -71,11 +71,11 @@ def steep_faces(slope: Array, depth: Array) -> tuple[str, ...]:
 
 def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tuple[str, ...]:
     """Whether outlines a(phi), shape (n, p), end where the shape of the indenter does, and not by themselves."""
-    if indenter.reach == np.inf or isinstance(indenter, Cylinder) or not is_rising(indenter):
+    if indenter.reach == np.inf or indenter.flat or not indenter.rising:
         return ()
     with np.errstate(invalid="ignore"):
         # share of the reach above which a contact counts as ending there: outlines are off by a hundredth
-        at_end = np.any(contour > 0.98 * reach_along(indenter, phi), axis=1)
+        at_end = np.any(contour > 0.98 * indenter.reach_along(phi), axis=1)
     return first_failure(
         np.asarray(at_end),
         depth,
@@ -98,7 +98,7 @@ def judged(curve: Curve, medium: Body | FreeLayer, indenter: Indenter) -> Curve:
         "the numbers are not finite: the sizes of this case overflow, or the force of a sudden step is infinite.",
     )
     known = _known(curve)
-    inside = (curve.radius > 0) & (curve.depth == 0) & (curve.force == 0) & (not isinstance(indenter, Cylinder))
+    inside = (curve.radius > 0) & (curve.depth == 0) & (curve.force == 0) & (not indenter.flat)
     if inside.any():
         largest = text(float(curve.radius[inside].max()), "m")
         notes += (
@@ -116,8 +116,8 @@ def judged(curve: Curve, medium: Body | FreeLayer, indenter: Indenter) -> Curve:
     corrected = "strain_factor" in curve.extra
     if not corrected:
         notes += _large_strains(curve, medium, indenter, through)
-    notes += tuple(getattr(indenter, "notes", ()))
-    apart = curve.depth > getattr(indenter, "elsewhere", np.inf)
+    notes += indenter.notes
+    apart = curve.depth > indenter.elsewhere
     if "patches" not in curve.extra:
         valid = valid & ~apart
         notes += first_failure(
@@ -146,7 +146,7 @@ def _large_strains(curve: Curve, medium: Body | FreeLayer, indenter: Indenter, t
         "not tabulated for this case: under spheres at half of the thickness, bonded neo-Hookean layers take from 6 % less force "
         "than linear theory (thick and incompressible) to 23 % more (thin, nu = 0.4).",
     )
-    if is_rising(indenter) and not isinstance(indenter, Cylinder):
+    if indenter.rising and not indenter.flat:
         # boundary elements, which solve all others, have a slope from cells
         notes += steepness(indenter, curve.radius, curve.depth)
     number = overestimate(medium, indenter, curve.depth) if notes else None

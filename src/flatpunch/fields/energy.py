@@ -39,7 +39,6 @@ from flatpunch.fields.bodies import Solid, layer_at
 from flatpunch.fields.cells import Cells
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Medium, PowerLawHalfSpace, RigidBase, underlying
 from flatpunch.numerics.gauss import gauss
@@ -268,7 +267,7 @@ def _of_edge(kernel: Kernel, indenter: Indenter, radius: float, depth: float) ->
 
     What comes after the contact without such an edge, of the same radius, is the work on a flat punch.
     """
-    if isinstance(indenter, Cylinder):
+    if indenter.flat:
         return float(punch_stiffness(kernel, np.array([radius]))[0]) * depth**2 / 2
     plain = mean_contact(kernel, indenter, Control("radius", np.array([radius])))[1]
     first, force, stiffness = (float(each[0]) for each in (plain.depth, plain.force, plain.stiffness))

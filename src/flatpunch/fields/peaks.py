@@ -28,7 +28,6 @@ from flatpunch.fields.failure.on_cells import CellSearch
 from flatpunch.fields.failure.round import RoundSearch
 from flatpunch.fields.failure.strength import Strength
 from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Medium, RigidBase, Solid, TwoBodies, underlying
 
@@ -110,7 +109,7 @@ def peak_stresses(
         raise ValueError("there is no contact, so there are no stresses. Give a larger depth, force or radius.")
     kind = RoundSearch if indenter.round else CellSearch
     search = kind(bodies, contact.kernel, indenter, friction, deepest(medium))
-    size = about["depth"] if isinstance(indenter, Cylinder) else about["radius"]
+    size = about["depth"] if indenter.flat else about["radius"]
     if not indenter.round:
         (size,) = mean_contact(contact.kernel, counted_by(indenter), Control("depth", np.array([about["depth"]])))[
             1

@@ -208,7 +208,7 @@ class Medium:
     def _table_(self) -> Table:
         """A row for each layer, from the surface down."""
         rows = [
-            (f"layer {i + 1}", *_elasticity(layer), quantity_of("thickness", layer.thickness), in_words(layer.bonded))
+            (f"layer {i + 1}", *_elasticity(layer), quantity_of(layer.thickness, "m"), in_words(layer.bonded))
             for i, layer in enumerate(self.layers)
         ]
         if isinstance(self.base, RigidBase):
@@ -224,7 +224,7 @@ def _elasticity(body: AnyLayer | ElasticBase) -> tuple[str, str]:
         return summary(constants_of(body))
     if isinstance(body, GradedLayer) and body.anisotropic:
         return summary([getattr(body, name) for name in body.laws])
-    return quantity_of("young", body.young), quantity_of("poisson", body.poisson)
+    return quantity_of(body.young, "Pa"), quantity_of(body.poisson, "")
 
 
 def _check_contrast(layers: tuple[AnyLayer, ...], base: ElasticBase | RigidBase) -> None:

@@ -236,7 +236,7 @@ def interface_tractions(
     Other arguments as for `axis_stresses`.
     """
     contact = {key: value for key, value in contact.items() if key != "side"}
-    alike = getattr(indenter, "round", False) and not contact.get("friction")
+    alike = indenter.round and not contact.get("friction")
     x = reach * np.linspace(0.0 if alike else -1.0, 1.0, SAMPLES + 1)
     faces = _faces(medium)
     if not faces.size:

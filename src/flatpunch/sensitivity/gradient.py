@@ -17,7 +17,6 @@ from flatpunch.contact.indent import indent
 from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, SecondOrder
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import RoundShape
 from flatpunch.media import Body, PowerLawHalfSpace, TwoBodies, underlying
@@ -132,7 +131,7 @@ def _of_disc(
     force, stiffness, depth = np.empty((3, len(wanted)))
     force[~of_tip], stiffness[~of_tip], depth[~of_tip] = by_constants
     force[of_tip], stiffness[of_tip], depth[of_tip] = by_shape.force, by_shape.stiffness, by_shape.depth
-    if isinstance(tip, Cylinder):
+    if tip.flat:
         # the contact is the end face, whatever the body
         radius = np.array([float(each.body < 0) for each in wanted])
     else:

@@ -27,7 +27,6 @@ from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.contact.viscoelastic.each_layer import Relaxations, with_moduli
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
     HalfSpace,
@@ -292,8 +291,8 @@ def _error_of_rings(case: _Case, instant: list[float], given: slice) -> Array:
 
 def _elastic(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Array, Array, Array]:
     """Depth [m], force [N] and stiffness [N/m] of an elastic contact."""
-    if isinstance(indenter, Cylinder):
-        stiffness = np.full(control.values.size, punch_stiffness(kernel, np.array([indenter.radius]))[0])
+    if indenter.flat:
+        stiffness = np.full(control.values.size, punch_stiffness(kernel, np.array([indenter.reach]))[0])
         depth = control.values if control.name == "depth" else control.values / stiffness
         return depth, stiffness * depth, stiffness
     _, contact = mean_contact(kernel, indenter, control)
@@ -314,8 +313,8 @@ def _largest_radius(
     medium: Medium, indenter: Indenter, control: Control, instant: list[float], relaxing: Relaxations, time: Array
 ) -> float:
     """Largest contact radius that elastic bodies with the first and the last moduli have [m]."""
-    if isinstance(indenter, Cylinder):
-        return indenter.radius
+    if indenter.flat:
+        return indenter.reach
     span = np.array([time[-1] - time[0]])
     final = [1.0 if each is None else max(float(each(span)[0]), 1e-6) for each in relaxing]
     most = Control(control.name, control.values.max(keepdims=True))
@@ -328,7 +327,7 @@ def _run(case: _Case, coarser: int) -> _Response:
     rings, per_decade = _RINGS // coarser, _PER_DECADE - (coarser > 1)
     span = float(case.time[-1] - case.time[0])
     flexibility = _Flexibility.of(case.medium, case.relaxing, case.largest, span, rings, per_decade)
-    flat = isinstance(case.indenter, Cylinder)
+    flat = case.indenter.flat
     touch = np.zeros(flexibility.x.size)
     if not flat:
         touch = round_contact(compliance(HalfSpace(1.0, 0.0)), mean_profile(case.indenter), flexibility.x).depth

@@ -31,7 +31,6 @@ from flatpunch.fields.failure.round import RoundSearch
 from flatpunch.fields.failure.sharp import pointed_table
 from flatpunch.fields.failure.strength import Strength, checked_strengths
 from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, RigidBase, TwoBodies, underlying
 from flatpunch.punch import UnresolvedLayer
@@ -331,7 +330,7 @@ def _limits(medium: Body, indenter: Indenter, force: float, depth: float, radius
     notes = high_pressure(mean * radius * at / force, at, _HIGH)
     if not indenter.round:
         return notes + steepness(indenter, np.array([radius]), at)
-    given: dict[str, Any] = {"depth": depth} if isinstance(indenter, Cylinder) else {"radius": radius}
+    given: dict[str, Any] = {"depth": depth} if indenter.flat else {"radius": radius}
     curve = indent(medium, indenter, method=Exact(), angles=1, **given)
     own = tuple(line for line in str(curve.attrs["notes"]).splitlines() if "mean pressure" not in line)
     return own + notes

@@ -16,7 +16,6 @@ from flatpunch.compliance.stack import interfaces, plane_at
 from flatpunch.fields.bodies import Solid
 from flatpunch.fields.failure.sharp import singular_place
 from flatpunch.fields.failure.strength import Strength
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Medium, PowerLawHalfSpace, RigidBase
 
@@ -191,7 +190,7 @@ class Judged:
         There the pressure is infinite, and so are shear and von Mises stress: at kinks unless the material is incompressible and
         nothing slides. Behind the rim of a sliding `Cylinder` the surface is pulled as strongly as it is pressed inside.
         """
-        strength, rim = self.strengths[0], isinstance(indenter, Cylinder)
+        strength, rim = self.strengths[0], indenter.flat
         if not rim and isinstance(self.body, PowerLawHalfSpace):
             return []
         place = singular_place(indenter, radius)

@@ -21,7 +21,6 @@ from flatpunch.fields.axisymmetric.round_load import round_fields
 from flatpunch.fields.axisymmetric.section import Section
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.failure.events import BEYOND, DEEPEST, SURE, Event, Judged, expected_utilisation, outwards
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Interface, Medium, RigidBase
@@ -72,12 +71,12 @@ class RoundSearch:
     @property
     def flat(self) -> bool:
         """Whether the tip has a flat end, so that the contact does not grow."""
-        return isinstance(self.indenter, Cylinder)
+        return self.indenter.flat
 
     def contact(self, size: float) -> tuple[float, float, float]:
         """Force [N], depth [m] and radius [m] at a size."""
-        if isinstance(self.indenter, Cylinder):
-            radius = self.indenter.radius
+        if self.indenter.flat:
+            radius = self.indenter.reach
             return float(punch_stiffness(self.kernel, np.array([radius]))[0]) * size, size, radius
         found = round_contact(self.kernel, mean_profile(self.indenter), np.array([size]))
         return float(found.force[0]), float(found.depth[0]), size
