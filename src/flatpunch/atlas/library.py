@@ -331,7 +331,7 @@ def identify(medium: Body) -> tuple[str, dict[str, float]] | None:
 
 def _graded(layer: GradedLayer, base: Material) -> tuple[str, dict[str, float]] | None:
     """Coating whose modulus ends in that of the half-space below, with one Poisson ratio."""
-    names = {LinearModulus: "linear-coating", ExponentialModulus: "exponential-coating"}
+    names: dict[type, str] = {LinearModulus: "linear-coating", ExponentialModulus: "exponential-coating"}
     name, (young, poisson) = names.get(type(layer.young)), young_and_poisson(base)
     top, bottom = layer.young_at(np.array([0.0, layer.thickness]))
     inside = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
