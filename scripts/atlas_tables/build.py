@@ -7,22 +7,21 @@ a folder if one is given; an interrupted build goes on from there.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from datetime import UTC, datetime
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
+from atlas_tables.families import Family
+from atlas_tables.solving import panel_edges, solve_medium
 from flatpunch._support.checks import Array
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
-from flatpunch.atlas.family import Family
-from flatpunch.atlas.parameter import lobatto, lobatto_transform
-from flatpunch.atlas.point import panel_edges, solve_medium
-from flatpunch.atlas.series import SparseSeries
-from flatpunch.atlas.table import Panel, Table
+from flatpunch.atlas import Table
+from flatpunch.atlas.panel import Panel, SparseSeries
 from flatpunch.compliance import compliance
 from flatpunch.parallel import solve_points
 from flatpunch.punch.matrix import sufficient_terms
@@ -31,50 +30,25 @@ Grid = tuple[int, ...]
 Found = dict[tuple[float, ...], dict[str, Any]]
 
 
-@dataclass(frozen=True, slots=True)
-class Ways:
-    """How points are solved: arguments of `flatpunch.parallel.solve_points`."""
+class Ways(TypedDict, total=False):
+    """How points are solved: arguments of `flatpunch.parallel.solve_points`.
 
-    store: Path | None = None
-    workers: int | None = None
-    scheduler: Any = None
-    progress: bool | Report | None = None
-
-
-def build(
-    family: Family,
-    *,
-    store: str | Path | None = None,
-    workers: int | None = None,
-    scheduler: Any = None,
-    progress: bool | Report | None = None,
-) -> Table:
-    """Compute the table of a family.
-
-    Parameters
-    ----------
-    family : Family
-        What is to be tabulated.
-    store : path, optional
-        Folder in which solved media are kept; a build that was interrupted goes on from there.
-    workers : int, optional
-        Processes; one for each core by default.
-    scheduler : str, optional
-        Address of a Dask scheduler that does the work instead.
-    progress : bool or callable, optional
-        True shows a bar for each grid.
-
-    Returns
-    -------
-    Table
-        Without a measured bound of its error: `verify` finds it.
-
-    Raises
-    ------
-    RuntimeError
-        If media could not be solved (with the first reason), or the finest grid does not meet the tolerance.
+    `store` is a folder in which solved media are kept: a build that was interrupted goes on from there. `workers` is the number
+    of processes, one for each core by default; `scheduler` the address of a Dask scheduler that does the work instead. With
+    `progress` True a bar is shown for each grid.
     """
-    ways = Ways(None if store is None else Path(store), workers, scheduler, progress)
+
+    store: str | Path | None
+    workers: int | None
+    scheduler: str | None
+    progress: bool | Report | None
+
+
+def build(family: Family, **ways: Unpack[Ways]) -> Table:
+    """Compute the table of a family, without a measured bound of its error: `verify` finds it.
+
+    RuntimeError, with the first reason, if media could not be solved, or if the finest grid does not meet the tolerance.
+    """
     grid: Grid = tuple(6 for _ in family.parameters)
     while True:
         found = _solve_grid(family, grid, ways)
@@ -98,17 +72,8 @@ def _solve_grid(family: Family, grid: Grid, ways: Ways) -> Found:
     same = {"low": low, "high": high, "responses": family.responses, **_common_terms(family)}
     points = {values: {"medium": medium, **same} for values, medium in media.items()}
     title = f"{family.name} {' x '.join(str(n + 1) for n in grid)}".strip()
-    solved = solve_points(
-        solve_medium,
-        points,
-        store=ways.store,
-        workers=ways.workers,
-        scheduler=ways.scheduler,
-        progress=ways.progress,
-        title=title,
-    )
-    failed = solved.failed
-    if failed:
+    solved = solve_points(solve_medium, points, title=title, **ways)
+    if failed := solved.failed:
         values = next(values for values in points if values in failed)
         raise RuntimeError(
             f"{len(failed)} of {len(points)} media of {family.name!r} could not be solved; the first, "
@@ -152,6 +117,24 @@ def _dense(family: Family, found: Found, grid: Grid, name: str) -> Array:
     return np.ascontiguousarray(np.moveaxis(dense, [-1, -2], [0, 1]))
 
 
+def sparse(dense: Array, cutoff: float) -> SparseSeries:
+    """What is above the cutoff of coefficients of shape (outputs, NODES, degrees of parameter 1, ...)."""
+    output, beta_degree, *degrees = np.nonzero(np.abs(dense) >= cutoff)
+    return SparseSeries(dense.shape[0], dense[output, beta_degree, *degrees], output, beta_degree, tuple(degrees))
+
+
+def lobatto(intervals: int) -> Array:
+    """Chebyshev-Lobatto points cos(pi j/intervals), j = intervals ... 0, ascending; doubling `intervals` keeps every point."""
+    j = np.arange(intervals, -1, -1)
+    points = np.sin(np.pi * (intervals - 2 * j) / (2 * intervals))
+    return np.asarray(points)
+
+
+def lobatto_transform(intervals: int) -> Array:
+    """Matrix from values at the Lobatto points to Chebyshev coefficients, shape (intervals + 1, intervals + 1)."""
+    return np.asarray(np.linalg.inv(chebyshev.chebvander(lobatto(intervals), intervals)))
+
+
 def _tails(family: Family, found: Found, grid: Grid) -> list[float]:
     """Largest coefficient among the last of each parameter, over all panels, in units of the tolerance of its kind."""
     tails = [0.0 for _ in grid]
@@ -179,7 +162,7 @@ def _table(family: Family, found: Found, grid: Grid) -> Table:
     for i, (low, high) in enumerate(panel_edges(*family.beta)):
         # coefficients below this share of the tolerance are dropped: a hundred thousand of them add up to about the tolerance
         series = {
-            name: SparseSeries.from_dense(_dense(family, found, grid, f"{i}/{name}"), 0.3 * tolerance)
+            name: sparse(_dense(family, found, grid, f"{i}/{name}"), 0.3 * tolerance)
             for name, tolerance in _kinds(family)
         }
         orders = numbers[f"{i}/orders"] if family.responses else np.zeros(0, dtype=int)

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 
+from atlas_tables.build import Ways
+from atlas_tables.families import Family
+from atlas_tables.solving import solve_directly
 from flatpunch._support.checks import Array
-from flatpunch._support.progress import Report
-from flatpunch.atlas.family import Family
-from flatpunch.atlas.point import solve_directly
-from flatpunch.atlas.table import Table
+from flatpunch.atlas import Table
 from flatpunch.parallel import solve_points
 
 POINTS = 2000
@@ -54,36 +53,11 @@ class Verification:
         return float(f"{np.ceil(worst / size) * size:.0e}")
 
 
-def verify(
-    table: Table,
-    family: Family,
-    *,
-    points: int = POINTS,
-    seed: int = 0,
-    store: str | Path | None = None,
-    workers: int | None = None,
-    scheduler: Any = None,
-    progress: bool | Report | None = None,
-) -> Verification:
-    """Compare a table with direct solutions at random points.
+def verify(table: Table, family: Family, *, points: int = POINTS, seed: int = 0, **ways: Unpack[Ways]) -> Verification:
+    """Compare a table with direct solutions at random points, which `seed` makes repeatable.
 
     Radii are uniform in ln beta; half of the parameter values are uniform in the value (its logarithm, for logarithmic scales),
     half in the coordinate of the table, which visits the ends more.
-
-    Parameters
-    ----------
-    table : Table
-        What is judged.
-    family : Family
-        How its media are made.
-    points, seed : int
-        Number of random points, and what makes them repeatable.
-    store, workers, scheduler, progress
-        As for `flatpunch.parallel.solve_points`.
-
-    Returns
-    -------
-    Verification
     """
     rng = np.random.default_rng(seed)
     low, high = np.log(table.beta_range)
@@ -97,15 +71,7 @@ def verify(
         {"medium": family.make(**{name: float(v[i]) for name, v in parameters.items()}), "beta": float(beta[i])}
         for i in range(points)
     ]
-    solved = solve_points(
-        solve_directly,
-        media,
-        store=store,
-        workers=workers,
-        scheduler=scheduler,
-        progress=progress,
-        title=f"Checking {table.name}",
-    )
+    solved = solve_points(solve_directly, media, title=f"Checking {table.name}", **ways)
     if solved.failed:
         i, reason = next(iter(solved.failed.items()))
         raise RuntimeError(

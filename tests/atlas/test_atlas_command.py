@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import atlas_tables
 from atlas_tables.__main__ import app as making
 from flatpunch import atlas
 from flatpunch.cli.app import app
@@ -37,8 +38,8 @@ def test_query():
     # tests/data/layer_on_rigid_base.csv
     assert "2.48352462" in found.output
     assert "4.3532442" in found.output
-    assert "needs --set poisson=..." in run("query", "bonded-layer").output
-    assert "does not know nu" in run("query", "bonded-layer", "--set", "nu=0.3", "--set", "poisson=0.3").output
+    assert "takes --set poisson=..., not nothing" in run("query", "bonded-layer").output
+    assert "not nu, poisson" in run("query", "bonded-layer", "--set", "nu=0.3", "--set", "poisson=0.3").output
     assert "lies outside the table" in run("query", "sliding-layer", "--beta", "1e4").output
     assert "neither a number" in run("query", "sliding-layer", "--beta", "one").output
     assert "atlas export" in run("query", "sliding-layer", "--beta", "0.1:1:99").output
@@ -87,7 +88,7 @@ def test_a_table_that_does_not_keep_its_bound_is_told(tmp_path):
     from dataclasses import replace
 
     table = replace(atlas.table("sliding-layer"), bound=1e-18)
-    path = atlas.write_table(table, tmp_path / "sliding-layer.nc")
+    path = atlas_tables.write_table(table, tmp_path / "sliding-layer.nc")
     found = make("verify", path, "--points", 3, "--workers", 1)
     assert found.exit_code == 1
     assert "DOES NOT KEEP" in found.output

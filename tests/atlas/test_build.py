@@ -9,10 +9,10 @@ import pytest
 
 import atlas_tables
 import flatpunch as fp
+from atlas_tables import Parameter
 from atlas_tables.family_file import family_from, read_family
+from atlas_tables.solving import panel_edges
 from flatpunch import atlas
-from flatpunch.atlas import Parameter
-from flatpunch.atlas.point import panel_edges
 from flatpunch.files.tables.fields import CaseError
 from support.atlas_families import FAMILY_FILE, SMALL, soft_on_stiffer
 

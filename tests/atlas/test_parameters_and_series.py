@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
 
-from flatpunch.atlas import Parameter
-from flatpunch.atlas.parameter import lobatto, lobatto_transform
-from flatpunch.atlas.point import panel_edges
-from flatpunch.atlas.series import SparseSeries, evaluate
+from atlas_tables import Family
+from atlas_tables.build import lobatto, lobatto_transform, sparse
+from atlas_tables.families import layer_on
+from atlas_tables.solving import panel_edges
+from flatpunch.atlas.panel import Parameter, evaluate
 from flatpunch.numerics.chebyshev import NODES, polynomials
 
 SCALES = [
@@ -49,7 +50,7 @@ def test_values_outside_are_refused_with_the_range():
 )
 def test_ranges_and_scales_are_checked(arguments, message):
     with pytest.raises(ValueError, match=message):
-        Parameter(*arguments)
+        Family("x", "", (Parameter(*arguments),), layer_on)
 
 
 def test_finer_grids_keep_the_points_of_coarser_ones():
@@ -71,17 +72,17 @@ def test_sparse_series_against_numpy():
     rng = np.random.default_rng(3)
     dense = rng.standard_normal((4, NODES, 7, 5)) * 10.0 ** rng.uniform(-6, 0, (4, NODES, 7, 5))
     x, y, z = rng.uniform(-1, 1, (3, 50))
-    series = SparseSeries.from_dense(dense, 0.0)
+    series = sparse(dense, 0.0)
     expected = np.array([chebyshev.chebval3d(x, y, z, part) for part in dense])
     weights = rng.standard_normal(4)
     # rounding of sums of a thousand terms of order one
     np.testing.assert_allclose(evaluate(series.combined(weights), x, (y, z)), weights @ expected, atol=1e-12)
-    one = series.at((float(y[0]), float(z[0])))
+    one = series.at((y[0], z[0])).over_beta
     np.testing.assert_allclose(polynomials(x[:1], NODES - 1).T @ one, expected[:, :1].T, atol=1e-12)
 
 
 def test_what_is_dropped_is_below_the_cutoff():
     dense = np.random.default_rng(4).standard_normal((2, NODES, 3)) * 1e-3
-    series = SparseSeries.from_dense(dense, 1e-3)
+    series = sparse(dense, 1e-3)
     assert series.value.size == np.count_nonzero(np.abs(dense) >= 1e-3)
     assert np.abs(series.value).min() >= 1e-3

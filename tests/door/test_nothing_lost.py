@@ -16,11 +16,11 @@ from typer.main import get_command
 from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch import atlas
 from flatpunch._support.whole_file import sealed, write_whole
+from flatpunch.atlas.library import folder as shipped_tables
 from flatpunch.cli.app import app
 from flatpunch.cli.terminal import outputs_of
-from flatpunch.fit.records import Records
+from flatpunch.fit.places import Records
 
 BODY = """
 title = "Gel"
@@ -121,7 +121,7 @@ def made(tmp_path_factory):
         book.active.append([10.0 * i, max(i - 20.0, 0.0) ** 1.5])
     book.save(folder / "tests.xlsx")
     fp.save(fp.indent(fp.HalfSpace(5e3, 0.5), fp.Sphere(1e-6), depth=1e-7), folder / "result.nc")
-    atlas.write_table(atlas.table("sliding-layer"), folder / "table.nc")
+    shutil.copy(shipped_tables() / "sliding-layer.nc", folder / "table.nc")
     return folder
 
 

@@ -46,7 +46,6 @@ ARGUMENTS = [
     ("fields cells", "side"),
     ("pressure", "return_error"),
     ("HeightMap", "apex"),
-    ("atlas.Parameter", "scale"),
     ("sweep", "contours"),
     *(("read_curve", name) for name in ("columns", "units", "calibration", "decimal", "sheet", "skip_nan", "flip")),
     *(

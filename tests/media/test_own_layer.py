@@ -1,4 +1,4 @@
-"""A layer kind of one's own, E = 3 G and nu = 1/2, in every use of a layer: each equal to `Layer`, derivatives by the chain rule."""
+"""A layer kind of one's own, E = 3 G and nu = 1/2, in every use of a layer: equal to `Layer`, derivatives by the chain rule."""
 
 from __future__ import annotations
 
@@ -225,7 +225,7 @@ def test_plug_in_by_kernels(tmp_path: Path) -> None:
     texts = [
         write_slippy_material(tmp_path / f"{kind.__name__}.py", coat(kind)).read_text() for kind in (RubberLayer, plain)
     ]
-    assert [len(text) for text in texts][0] == pytest.approx(len(texts[1]), rel=0.01)
+    assert len(texts[0]) == pytest.approx(len(texts[1]), rel=0.01)
 
 
 def test_pictures_and_description() -> None:
@@ -239,12 +239,16 @@ def test_pictures_and_description() -> None:
     assert record["layers"][0] == {"type": "RubberLayer", "shear": SHEAR, "thickness": 2 * UM, "bonded": True}
 
 
-@pytest.mark.xfail(strict=True, reason="fits name their numbers in a list of their own: a declaration gives the role of each")
+@pytest.mark.xfail(
+    strict=True, reason="fits name their numbers in a list of their own: a declaration gives the role of each"
+)
 def test_fit_of_its_own_number() -> None:
     assert "layers[0].shear" in fp.fit.parameter_names(gel(RubberLayer), TIP)
 
 
-@pytest.mark.xfail(strict=True, reason="tables of case files are written by hand: they are to be made of declared numbers")
+@pytest.mark.xfail(
+    strict=True, reason="tables of case files are written by hand: they are to be made of declared numbers"
+)
 def test_case_file_and_page(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
     path.write_text(
@@ -254,7 +258,9 @@ def test_case_file_and_page(tmp_path: Path) -> None:
     assert isinstance(fp.read_case(path).medium.layers[0], RubberLayer)
 
 
-@pytest.mark.xfail(strict=True, reason="a model file lists numbers by the names of Layer, and imports from the package alone")
+@pytest.mark.xfail(
+    strict=True, reason="a model file lists numbers by the names of Layer, and imports from the package alone"
+)
 def test_plug_in_by_numbers(tmp_path: Path) -> None:
     from flatpunch.plugins.nanite import write_nanite_model
 

@@ -1,7 +1,7 @@
 """A small family of the tests' own, in a module of its own so that other processes can load it."""
 
 import flatpunch as fp
-from flatpunch.atlas import Family, Parameter
+from atlas_tables import Family, Parameter
 
 
 def soft_on_stiffer(ratio):

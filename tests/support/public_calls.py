@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import flatpunch as fp
-from flatpunch import atlas, bem
+from flatpunch import bem
 from flatpunch.fit import Sample, Settings, Tip, oliver_pharr
 from flatpunch.fit.films.oliver_pharr import DIAMOND
 
@@ -274,5 +274,4 @@ CALLS = {
         )
         for name, value in (("depth", [1e-8, 2e-8]), ("force", 1e-10))
     },
-    "atlas.Parameter": (atlas.Parameter, {"name": "ratio", "meaning": "", "low": 0.1, "high": 1.0}),
 }

@@ -5,25 +5,8 @@ its solution at hand; `table(name)` gives values for many media and radii at onc
 folder `scripts/atlas_tables` of the repository.
 """
 
-from flatpunch.atlas.family import FAMILIES, Family, dundurs
-from flatpunch.atlas.library import families, tabulated
+from flatpunch.atlas.library import AtlasFileError, dundurs, families, read_table, tabulated
 from flatpunch.atlas.library import find_table as table
-from flatpunch.atlas.parameter import Parameter
-from flatpunch.atlas.solution import Solution
-from flatpunch.atlas.storage import AtlasFileError, read_table, write_table
-from flatpunch.atlas.table import Table
+from flatpunch.atlas.table import Solution, Table
 
-__all__ = [
-    "FAMILIES",
-    "AtlasFileError",
-    "Family",
-    "Parameter",
-    "Solution",
-    "Table",
-    "dundurs",
-    "families",
-    "read_table",
-    "table",
-    "tabulated",
-    "write_table",
-]
+__all__ = ["AtlasFileError", "Solution", "Table", "dundurs", "families", "read_table", "table", "tabulated"]

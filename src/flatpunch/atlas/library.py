@@ -1,29 +1,65 @@
-"""The shipped tables, and media that find theirs by themselves."""
+"""Tables from files, the shipped ones by name, and media that find theirs by themselves.
+
+A file is NetCDF 4 (HDF5) with one family. Coefficients are whole numbers times a step, which the attribute `scale_factor`
+gives (the NetCDF convention), each with its degrees; the documentation has the twenty lines that evaluate them.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import io
+from dataclasses import replace
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, cast
 
+import h5netcdf
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, Indices, shown
+from flatpunch._support.checks import ROUNDING, Array, Indices, shown
 from flatpunch._support.kinds import one_of
-from flatpunch._support.paths import Plain
-from flatpunch._support.reading import is_file
-from flatpunch.atlas.closed import PowerLawTable
-from flatpunch.atlas.family import FAMILIES
-from flatpunch.atlas.solution import Solution
-from flatpunch.atlas.storage import read_table
-from flatpunch.atlas.table import Table
+from flatpunch._support.reading import Unreadable, content, is_file, is_folder, shown_path
+from flatpunch._support.whole_file import BrokenSeal, unsealed
+from flatpunch.atlas.panel import Panel, Parameter, PowerLawPanel, Scale, SparseSeries
+from flatpunch.atlas.table import Outside, Solution, Table
 from flatpunch.compliance import compliance
-from flatpunch.media import Body, TabulatedMedium
+from flatpunch.compliance.layered import constants_of
+from flatpunch.media import Body, ExponentialModulus, GradedLayer, LinearModulus, Material, TabulatedMedium
+from flatpunch.media.material import young_and_poisson
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
-Outside = Literal["solve", "refuse"]
+LARGEST = 1_000_000_000
+"""Largest file of a table that is read [bytes]."""
+
+SCHEMA = 1
+"""Version of the layout; files of a later one are refused."""
+
+_GRADING = Parameter("grading", "exponent k of E(z) = E_l (z/l)^k", -0.49, 0.99)
+_POISSON = Parameter("poisson", "Poisson ratio nu", 0.0, 0.5)
+
+POWER_LAW = Table(
+    "power-law",
+    "Half-space whose modulus is a power of depth (closed form, no data)",
+    (_GRADING, _POISSON),
+    (PowerLawPanel(_GRADING, _POISSON),),
+    ROUNDING,
+    {"source": "Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997", "license": "CC-BY-4.0"},
+)
+
+
+class AtlasFileError(ValueError):
+    """A file that is no table of the atlas, or of a later layout.
+
+    See Also
+    --------
+    flatpunch.atlas.read_table : Raises it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> print(issubclass(atlas.AtlasFileError, ValueError))
+    True
+    """
 
 
 def folder() -> Path:
@@ -37,7 +73,6 @@ def families() -> tuple[str, ...]:
     See Also
     --------
     flatpunch.atlas.table : One of them.
-    flatpunch.atlas.FAMILIES : How they are made.
 
     Examples
     --------
@@ -45,21 +80,20 @@ def families() -> tuple[str, ...]:
     >>> print(*atlas.families())
     bonded-coating bonded-layer exponential-coating linear-coating sliding-coating sliding-layer
     """
-    return tuple(sorted(name for name in FAMILIES if (folder() / f"{name}.nc").is_file()))
+    return tuple(sorted(path.stem for path in folder().glob("*.nc")))
 
 
-def find_table(name: str | Path) -> Any:
+def find_table(name: str | Path) -> Table:
     """A shipped table by its name, or one of your own by its file.
 
     Parameters
     ----------
     name : str or path
-        One of `families()`, or a file of your own, name.nc.
+        One of `families()`, "power-law" (closed forms), or a file of your own, name.nc.
 
     Returns
     -------
     Table
-        (or `PowerLawTable`, in closed form, under "power-law").
 
     Raises
     ------
@@ -78,13 +112,119 @@ def find_table(name: str | Path) -> Any:
     >>> print(layer.stiffness_and_moments(np.array([0.5, 1.0]), poisson=0.3)[0].round(4))
     [1.624  2.4835]
     """
-    if name == PowerLawTable.name:
-        return PowerLawTable()
-    if isinstance(name, str) and name in families():
-        return _read(folder() / f"{name}.nc")
-    if Path(name).suffix:
-        return _read(Path(name))
-    raise ValueError(f"{shown(name)} is no table: there are {', '.join(families())}, and files of your own (name.nc).")
+    if name == POWER_LAW.name:
+        return POWER_LAW
+    path = folder() / f"{name}.nc" if name in families() else Path(name)
+    if not path.suffix:
+        raise ValueError(
+            f"{shown(name)} is no table: there are {', '.join(families())}, and files of your own (name.nc)."
+        )
+    return _read_once(path, path.stat().st_mtime if is_file(path) else 0.0)
+
+
+@byte_cached
+def _read_once(path: Path, changed: float) -> Table:
+    return read_table(path)
+
+
+def read_table(path: str | Path) -> Table:
+    """Read a table.
+
+    Parameters
+    ----------
+    path : path
+        A file that `scripts/atlas_tables` of the repository has written.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    AtlasFileError, OSError
+        If it is no such file.
+
+    See Also
+    --------
+    flatpunch.atlas.table : By name or file.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> from importlib.resources import files
+    >>> path = files("flatpunch.atlas") / "data" / "sliding-layer.nc"
+    >>> print(atlas.read_table(path).name)
+    sliding-layer
+    """
+    path = Path(path)
+    if not is_file(path) and not is_folder(path):
+        raise FileNotFoundError(
+            f"{shown_path(path)}: there is no such file. scripts/atlas_tables of the repository makes tables."
+        )
+    try:
+        body, has_seal = unsealed(content(path, LARGEST))
+        if not has_seal:
+            # HDF5 may return other numbers for damaged bytes, or never return
+            raise BrokenSeal(
+                "it has no line of its checksum at the end; scripts/atlas_tables of the repository makes it again"
+            )
+        with h5netcdf.File(io.BytesIO(body), "r") as file:
+            return _table(file, path)
+    except AtlasFileError:
+        raise
+    except (Unreadable, BrokenSeal) as error:
+        raise AtlasFileError(f"{shown_path(path)} is no table of the atlas: {error}.") from None
+    except Exception:  # damaged bytes make HDF5 fail in any way
+        raise AtlasFileError(f"{shown_path(path)} is no table of the atlas: damaged, or of another kind.") from None
+
+
+def _table(file: Any, path: Path) -> Table:
+    schema = file.attrs.get("flatpunch_atlas_schema")
+    if schema is None or int(schema) > SCHEMA:
+        known = "it does not say which layout it has" if schema is None else f"its layout is version {schema}"
+        raise AtlasFileError(
+            f"{path}: {known}; this version reads tables up to {SCHEMA}. A newer flatpunch may read it."
+        )
+    parameters = tuple(_parameter(file["parameters"], name) for name in str(file["parameters"].attrs["names"]).split())
+    low, high = (file["panels"].variables[name][:] for name in ("beta_low", "beta_high"))
+    kinds = [name for name in file.groups if name not in ("panels", "parameters")]
+    series = {kind: _series(file[kind], parameters) for kind in kinds}
+    orders = np.asarray(file["panels"].variables["orders"][:], dtype=int)
+    panels = tuple(
+        Panel(float(low[i]), float(high[i]), {kind: series[kind][i] for kind in kinds}, orders[i][orders[i] > 0])
+        for i in range(low.size)
+    )
+    attributes = {name: np.asarray(value).tolist() for name, value in file.attrs.items() if not name.startswith("_")}
+    for name in ("flatpunch_atlas_schema", "beta_low", "beta_high"):
+        attributes.pop(name)
+    family, title, bound = (attributes.pop(name) for name in ("family", "title", "relative_error_bound"))
+    return Table(str(family), str(title), parameters, panels, float(np.ravel(bound)[0]), attributes)
+
+
+def _parameter(group: Any, name: str) -> Parameter:
+    a = group[name].attrs
+    scale = cast("Scale", str(a["scale"]))  # which Parameter checks
+    ends = (float(a["low"]), float(a["high"]))
+    return Parameter(name, str(a["long_name"]), *ends, scale, float(a["shift"]), str(a["units"]))
+
+
+def _series(group: Any, parameters: tuple[Parameter, ...]) -> list[SparseSeries]:
+    """One kind of function on all panels."""
+
+    def column(name: str) -> Indices:
+        return np.asarray(group.variables[name][:], dtype=np.int64)
+
+    # NumPy scalars of one element, as the file gives attributes
+    step = float(np.ravel(group.variables["value"].attrs["scale_factor"])[0])
+    value: Array = np.asarray(column("value") * step, dtype=float)
+    output, beta_degree = column("output"), column("beta_degree")
+    degrees = [column(f"degree_{p.name}") for p in parameters]
+    outputs, panel = column("outputs"), column("panel_index")
+    parts = [slice(*np.searchsorted(panel, [i, i + 1])) for i in range(outputs.size)]
+    return [
+        SparseSeries(int(n), value[p], output[p], beta_degree[p], tuple(d[p] for d in degrees))
+        for n, p in zip(outputs, parts, strict=True)
+    ]
 
 
 def tabulated(
@@ -127,27 +267,30 @@ def tabulated(
     1.040 nN
     """
     one_of("outside", outside, ("solve", "refuse"))
-    if table is not None and table.name not in FAMILIES:
+    if table is not None and table.name not in families():
         solution = table.at(**parameters)
         _check_same(medium, solution)
-        return TabulatedMedium(medium, MediumSolution(solution, outside))
-    if parameters:
+    elif parameters:
         raise TypeError(
             f"{', '.join(parameters)}: parameters go with a table of your own; here they follow from the medium."
         )
-    for name, family in FAMILIES.items():
-        values = None if family.identify is None else family.identify(medium)
-        if values is None or (table.name != name if table is not None else name not in families()):
-            continue
-        try:
-            solution = (table or find_table(name)).at(**values)
-        except ValueError as error:
-            raise ValueError(f"The medium belongs to {name!r}, but {error}") from error
-        return TabulatedMedium(medium, MediumSolution(solution, outside))
-    raise ValueError(
-        f"No table holds this {type(medium).__name__}: the atlas knows one layer on a base, {', '.join(families())}. Without "
-        "flatpunch.atlas.tabulated it is solved directly."
-    )
+    else:
+        solution = _shipped(medium, table)
+    return TabulatedMedium(medium, solution if outside == solution.outside else replace(solution, outside=outside))
+
+
+def _shipped(medium: Body, table: Table | None) -> Solution:
+    """Solution of a medium of a shipped family, in its table or in one built anew."""
+    name, values = identify(medium) or ("", {})
+    if name not in (families() if table is None else (table.name,)):
+        raise ValueError(
+            f"No table holds this {type(medium).__name__}: the atlas knows one layer on a base, {', '.join(families())}. "
+            "Without flatpunch.atlas.tabulated it is solved directly."
+        )
+    try:
+        return (table or find_table(name)).at(**values)
+    except ValueError as error:
+        raise ValueError(f"The medium belongs to {name!r}, but {error}") from error
 
 
 def _check_same(medium: Body, solution: Solution) -> None:
@@ -163,76 +306,64 @@ def _check_same(medium: Body, solution: Solution) -> None:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class MediumSolution:
-    """A solution with what to do outside its range; see `flatpunch.media.PunchSolution`."""
+def identify(medium: Body) -> tuple[str, dict[str, float]] | None:
+    """Family of a medium and its parameters, whose ranges are not checked; None if no shipped family has it.
 
-    solution: Solution
-    outside: Outside
-
-    @property
-    def error(self) -> float:
-        """Bound of the relative error."""
-        return self.solution.error
-
-    def covers(self, beta: Array) -> bool:
-        """Whether all radii are in the table; a medium that refuses others raises."""
-        inside = self.solution.covers(beta)
-        if not inside and self.outside == "refuse":
-            low, high = self.solution.beta_range
-            lowest, highest = float(np.min(beta, initial=np.inf)), float(np.max(beta, initial=0.0))
-            raise ValueError(
-                f"Contact radii of {lowest:.3g} ... {highest:.3g} lengths of the medium are asked for; the table "
-                f"{self.solution.family!r} holds {low:g} ... {high:g}. outside='solve' solves the others directly."
-            )
-        return inside
-
-    def summary(self, beta: Array) -> str:
-        """Which table it was, and how many of these radii it does not hold."""
-        low, high = self.solution.beta_range
-        outside = int(np.count_nonzero((beta > 0) & ((beta < low) | (beta > high))))
-        others = f"; {outside} of {beta.size} contacts are outside it and were solved directly" if outside else ""
-        return (
-            f"table {self.solution.family!r}, relative error below {self.error:.0e}, a/l = {low:g} ... {high:g}{others}"
-        )
-
-    def flat(self, beta: Array) -> Array:
-        """Coefficients of the flat punch."""
-        return self.solution.flat(beta)
-
-    def round(self, beta: Array) -> tuple[Array, Array, Array]:
-        """Flat punch, edge and slope functionals."""
-        return self.solution.round(beta)
-
-    def responds_to(self, exponent: float) -> bool:
-        """Whether `edges` has r^exponent psi(phi)."""
-        return self.solution.responds_to(exponent)
-
-    def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:
-        """Responses to harmonics of outlines."""
-        return self.solution.edges(beta, orders, exponent)
+    Per wavenumber a layer is in plane strain, so that a bonded layer on a half-space depends on its elastic constants through
+    Dundurs' two parameters only (T2).
+    """
+    stack = medium.single
+    if not stack or len(stack.layers) != 1 or stack.layers[0].bonded not in (True, False):
+        return None
+    layer, base = stack.layers[0], stack.base
+    if not base.isotropic:
+        if not (layer.isotropic and base.rigid):
+            return None
+        return ("bonded-layer", {"poisson": layer.isotropic[1]}) if layer.bonded else ("sliding-layer", {})
+    if layer.isotropic:
+        ratio = layer.surface_modulus / base.surface_modulus
+        if not layer.bonded:
+            return "sliding-coating", {"modulus_ratio": ratio}
+        alpha, beta = dundurs(layer, base)
+        return "bonded-coating", {"modulus_ratio": ratio, "dundurs_position": 2 * beta - (alpha - 1) / 2}
+    match layer:
+        case GradedLayer(bonded=True, anisotropic=False, young=LinearModulus()):
+            return _graded("linear-coating", layer, base)
+        case GradedLayer(bonded=True, anisotropic=False, young=ExponentialModulus()):
+            return _graded("exponential-coating", layer, base)
+    return None
 
 
-@byte_cached
-def _read_once(path: Path, changed: float) -> Table:
-    return read_table(path)
+def _graded(name: str, layer: GradedLayer, base: Material) -> tuple[str, dict[str, float]] | None:
+    """Coating whose modulus ends in that of the half-space below, with one Poisson ratio."""
+    top, bottom = layer.young_at(np.array([0.0, layer.thickness]))
+    poisson = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
+    young, nu = young_and_poisson(base)
+    if not np.isclose(bottom, young, rtol=ROUNDING) or np.abs(poisson - nu).max() > ROUNDING:
+        return None
+    # a law may end below the layer; then the layer holds a part of it only, which is again a law of the same kind
+    return name, {"modulus_ratio": float(top / bottom), "poisson": nu}
 
 
-def _read(path: Path) -> Table:
-    return _read_once(path, path.stat().st_mtime if is_file(path) else 0.0)
+def dundurs(film: Material, base: Material) -> tuple[float, float]:
+    """Dundurs' parameters (alpha, beta) of two bonded materials [-].
 
+    alpha = (E1* - E2*)/(E1* + E2*), beta = (1/2)(mu1 (1 - 2 nu2) - mu2 (1 - 2 nu1))/(mu1 (1 - nu2) + mu2 (1 - nu1)), with 1 the
+    film (Dundurs 1969).
 
-def describe(found: Table) -> Plain:
-    """What a table is, for listings."""
-    low, high = found.beta_range
-    entries = sum(series.value.size for panel in found.panels for series in panel.series.values())
-    return {
-        "name": found.name,
-        "title": found.title,
-        "parameters": {p.name: (p.low, p.high) for p in found.parameters},
-        "beta": (low, high),
-        "bound": found.bound,
-        "coefficients": entries,
-        "responses": bool(found.panels and found.panels[0].orders.size),
-        **found.attributes,
-    }
+    See Also
+    --------
+    flatpunch.atlas.tabulated : Coatings by these parameters.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> film = fp.Layer(young=200e9, poisson=0.2, thickness=1e-6)
+    >>> alpha, beta = atlas.dundurs(film, fp.HalfSpace(young=70e9, poisson=0.3))
+    >>> print(f"{alpha:.3f} {beta:.3f}")
+    0.461 0.108
+    """
+    (mu1, nu1), (mu2, nu2) = constants_of(film), constants_of(base)
+    below = mu1 * (1 - nu2) + mu2 * (1 - nu1)
+    alpha = (film.surface_modulus - base.surface_modulus) / (film.surface_modulus + base.surface_modulus)
+    return alpha, (mu1 * (1 - 2 * nu2) - mu2 * (1 - 2 * nu1)) / (2 * below)

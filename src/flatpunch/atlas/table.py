@@ -1,53 +1,35 @@
-"""A family's tabulated solutions: values for many media at once, or one medium at a time.
+"""A family's tabulated solutions: values for many media at once, or flat punches of all radii on one medium.
 
 Everything is in units of the punch: unit disc, modulus 1, depth 1. `Table.at` puts the parameters in and leaves a `Solution`,
-which knows flat punches of all radii on one medium, and is what contact calculations use.
+which is what contact calculations use.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import Any
+from typing import Any, Literal, TypeVar
 
 import numpy as np
-from numpy.polynomial import chebyshev
+import scipy
 
-from flatpunch._support.checks import Array, Flags, Indices, positive
+from flatpunch._support.checks import ROUNDING, Array, Flags, Indices, positive, values, whole
 from flatpunch._support.readable import readable
-from flatpunch.atlas.parameter import Parameter, check_beta
-from flatpunch.atlas.series import SparseSeries, evaluate
-from flatpunch.atlas.solution import Interval, Solution
-from flatpunch.punch.basis import power_moments
+from flatpunch.atlas.panel import Coordinates, Panel, Parameter, PowerLawPanel
+from flatpunch.punch.basis import power_edge, power_moments, regular_part
+from flatpunch.punch.harmonics import half_space_power_edge
+from flatpunch.punch.krein import round_functionals
 
-_CHUNK = 10_000
-"""Points evaluated together: their Chebyshev polynomials stay in the cache of a core."""
+AnyPanel = Panel | PowerLawPanel
+P = TypeVar("P", Panel, AnyPanel)
 
+Outside = Literal["solve", "refuse"]
 
-@readable
-@dataclass(frozen=True, eq=False)
-class Panel:
-    """All functions on one interval of beta: "flat", and with responses "stiffening", "edge_1" and "edge_2".
+_TOGETHER = 10_000
+"""Radii of a panel that are evaluated together: their Chebyshev polynomials stay in the cache of a core."""
 
-    Attributes
-    ----------
-    low, high : float
-        Interval of beta.
-    series : mapping
-        Name -> coefficients.
-    orders : ndarray of int
-        Harmonics m of the responses; empty without them.
-    """
-
-    low: float
-    high: float
-    series: Mapping[str, SparseSeries]
-    orders: Indices = field(default_factory=lambda: np.zeros(0, dtype=int))
-
-    def _line_(self) -> str:
-        """The interval; the series are thousands of numbers."""
-        return f"Panel(low={self.low:.6g}, high={self.high:.6g})"
+_MEDIA = 100
+"""Media of a table whose series are kept for the next call."""
 
 
 @readable
@@ -60,7 +42,7 @@ class Table:
     name, title : str
         The family.
     parameters : tuple of Parameter
-        What it depends on beside beta = a/l.
+        What it depends on beside beta = a/l: each has `name`, `meaning`, `low`, `high` and `unit`.
     panels : tuple of Panel
         Intervals of beta, ascending and without gaps.
     bound : float
@@ -83,10 +65,10 @@ class Table:
     name: str
     title: str
     parameters: tuple[Parameter, ...]
-    panels: tuple[Panel, ...]
+    panels: tuple[AnyPanel, ...]
     bound: float
     attributes: Mapping[str, object] = field(default_factory=dict)
-    _kept: dict[Any, Any] = field(default_factory=dict, repr=False)
+    _solutions: dict[tuple[float, ...], Solution] = field(default_factory=dict, init=False, repr=False)
 
     def _line_(self) -> str:
         """Name, parameters and error; the series are thousands of numbers."""
@@ -98,36 +80,24 @@ class Table:
         return self.panels[0].low, self.panels[-1].high
 
     def at(self, **parameters: float) -> Solution:
-        """All flat punches on the medium with these parameters.
+        """All flat punches on the medium with these parameters, a number for each.
 
-        Parameters
-        ----------
-        **parameters : float
-            One value for each parameter of the family.
-
-        Returns
-        -------
-        Solution
-
-        Raises
-        ------
-        ValueError, TypeError
-            If a parameter is outside its range, missing or unknown.
+        ValueError or TypeError if one is outside its range, missing or unknown, or the solutions are closed forms.
         """
-        x = tuple(float(v) for v in self._coordinates(parameters))
-        if x not in self._kept:
-            if len(self._kept) >= 100:
-                self._kept.pop(next(iter(self._kept)))
-            self._kept[x] = Solution(
-                self.name, {k: float(v) for k, v in parameters.items()}, self._intervals(x), self.bound
-            )
-        found: Solution = self._kept[x]
-        return found
+        coordinates = self._coordinates(parameters)
+        x = tuple(float(v) for v in coordinates)
+        if x not in self._solutions:
+            if len(self._solutions) >= _MEDIA:
+                self._solutions.pop(next(iter(self._solutions)))
+            panels = tuple(panel.at(coordinates) for panel in self.panels)
+            given = {name: float(value) for name, value in parameters.items()}
+            self._solutions[x] = Solution(self.name, given, panels, self.bound)
+        return self._solutions[x]
 
     def stiffness_and_moments(
         self, beta: float | Array, exponents: Sequence[float] = (), **parameters: Any
     ) -> tuple[Array, ...]:
-        """Kbar and moments kappa_n for many radii and media at once.
+        """Kbar and moments kappa_n [-] for many radii and media at once.
 
         Parameters
         ----------
@@ -141,86 +111,234 @@ class Table:
         Returns
         -------
         tuple of ndarray
-            Kbar and one kappa_n [-] for each exponent, of the common shape.
+            Kbar and one kappa_n for each exponent, of the common shape.
         """
-        given = self._coordinates(parameters)
-        beta = check_beta(beta, *self.beta_range)
-        if all(x.ndim == 0 for x in given):
-            solution = self.at(**parameters)
-            return solution.stiffness_and_moments(beta, exponents)
-        beta, *given = np.broadcast_arrays(beta, *given)
-        flat = [np.ravel(x) for x in (np.log(beta), *given)]
-        result = np.empty((1 + len(exponents), flat[0].size))
-        for start in range(0, flat[0].size, _CHUNK):
-            part = slice(start, start + _CHUNK)
-            result[:, part] = self._many(flat[0][part], tuple(x[part] for x in flat[1:]), tuple(exponents))
-        return tuple(row.reshape(beta.shape) for row in result)
+        wanted = tuple(positive("exponent", n) for n in exponents)
+        shape, places = self._points(beta, parameters)
+        result = np.empty((1 + len(wanted), *shape)).reshape(1 + len(wanted), -1)
+        for panel, chosen, radii, x in places:
+            result[:, chosen] = panel.stiffness_and_moments(radii, x, wanted)
+        return tuple(result.reshape(-1, *shape))
 
     def edge_coefficients(self, beta: float | Array, **parameters: float | Array) -> Array:
         """Edge strength [-], whose square is d(a Kbar)/da = Kbar (1 + dln Kbar/dln beta), for many radii and media at once."""
-        given = self._coordinates(parameters)
-        beta, *given = np.broadcast_arrays(check_beta(beta, *self.beta_range), *given)
-        logs, others = np.log(np.ravel(beta)), [np.ravel(x) for x in given]
-        result = np.empty(logs.size)
-        for i, chosen in self._places(logs):
-            panel = self.panels[i]
-            low, high = np.log(panel.low), np.log(panel.high)
-            x, y = (2 * logs[chosen] - low - high) / (high - low), tuple(p[chosen] for p in others)
-            dense = self._combined(i, None)
-            slope = np.zeros_like(dense)
-            slope[:-1] = chebyshev.chebder(dense) * (2 / (high - low))
-            result[chosen] = np.sqrt(np.exp(evaluate(dense, x, y)) * (1 + evaluate(slope, x, y)))
-        return result.reshape(np.shape(beta))
+        shape, places = self._points(beta, parameters)
+        result = np.empty(shape).ravel()
+        for panel, chosen, radii, x in places:
+            result[chosen] = panel.edge_coefficients(radii, x)
+        return result.reshape(shape)
 
-    def _many(self, logs: Array, given: tuple[Array, ...], exponents: tuple[float, ...]) -> Array:
-        result = np.empty((1 + len(exponents), logs.size))
-        for i, chosen in self._places(logs):
-            panel = self.panels[i]
-            low, high = np.log(panel.low), np.log(panel.high)
-            x, others = (2 * logs[chosen] - low - high) / (high - low), tuple(p[chosen] for p in given)
-            result[0, chosen] = np.exp(evaluate(self._combined(i, None), x, others))
-            for row, exponent in enumerate(exponents, 1):
-                result[row, chosen] = result[0, chosen] * evaluate(self._combined(i, exponent), x, others)
-        return result
+    def _points(
+        self, beta: float | Array, parameters: Mapping[str, float | Array]
+    ) -> tuple[tuple[int, ...], Iterator[tuple[AnyPanel, Indices, Array, Coordinates]]]:
+        """Common shape of radii and parameters; panels with the points that each holds, their radii and coordinates."""
+        x, radii = self._coordinates(parameters), values("beta", np.atleast_1d(beta), strict=True)
+        _check_range(self.panels, radii)
+        shape = np.broadcast_shapes(np.shape(beta), *(y.shape for y in x))
+        if any(y.ndim for y in x):
+            radii, x = np.broadcast_to(radii, shape).ravel(), tuple(np.broadcast_to(y, shape).ravel() for y in x)
+        return shape, (
+            (panel, chosen, radii[chosen], tuple(y[chosen] if y.ndim else y for y in x))
+            for panel, chosen in _places(self.panels, radii)
+        )
 
-    def _combined(self, panel: int, exponent: float | None) -> Array:
-        """Dense series of ln Kbar, or of kappa_n/Kbar without the constant that belongs to c_0."""
-        key = (panel, exponent)
-        if key not in self._kept:
-            flat = self.panels[panel].series["flat"]
-            weights = np.eye(1, flat.outputs)[0]
-            if exponent is not None:
-                weights = (exponent + 1) * power_moments(positive("exponent", exponent), 0, flat.outputs)
-                constant, weights[0] = weights[0], 0.0
-            dense = flat.combined(weights)
-            if exponent is not None:
-                dense[(0,) * dense.ndim] += constant
-            self._kept[key] = dense
-        found: Array = self._kept[key]
-        return found
-
-    def _places(self, logs: Array) -> list[tuple[int, Flags]]:
-        edges = np.log([panel.high for panel in self.panels[:-1]])
-        index = np.searchsorted(edges, logs)
-        return [(int(i), index == i) for i in np.unique(index)]
-
-    def _coordinates(self, given: Mapping[str, float | Array]) -> list[Array]:
+    def _coordinates(self, given: Mapping[str, float | Array]) -> Coordinates:
         names = [p.name for p in self.parameters]
         if set(given) != set(names):
             raise TypeError(
                 f"The table {self.name!r} takes {', '.join(names) or 'no parameters'} beside beta, "
                 f"not {', '.join(given) or 'nothing'}."
             )
-        return [p.unit_coordinate(p.check(given[p.name])) for p in self.parameters]
+        return tuple(p.unit_coordinate(p.check(given[p.name])) for p in self.parameters)
 
-    def _intervals(self, x: tuple[float, ...]) -> tuple[Interval, ...]:
-        return tuple(
-            Interval(
-                float(np.log(panel.low)),
-                float(np.log(panel.high)),
-                # a series is assembled on first use
-                lru_cache(maxsize=None)(lambda name, panel=panel: panel.series[name].at(x)),
-                panel.orders,
+
+@readable
+@dataclass(frozen=True)
+class Solution:
+    """Flat punches on one medium; made by `Table.at`.
+
+    Attributes
+    ----------
+    family : str
+        Name of the table.
+    parameters : mapping
+        Their values.
+    panels : tuple of Panel
+        Series over ln beta.
+    error : float
+        Bound of the relative error of Kbar and the moments.
+    outside : "solve" or "refuse"
+        Whether radii that the table does not hold are solved directly, or refused.
+
+    See Also
+    --------
+    flatpunch.atlas.Table.at : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch import atlas
+    >>> punch = atlas.table("bonded-layer").at(poisson=0.5)
+    >>> print(f"{float(punch.normalized_stiffness(1.0)):.5f}")
+    3.61874
+    """
+
+    family: str
+    parameters: Mapping[str, float] = field(compare=False)
+    panels: tuple[Panel, ...]
+    error: float
+    outside: Outside = "solve"
+
+    def _line_(self) -> str:
+        """Family and parameters; the series are thousands of numbers."""
+        chosen = "".join(f", {name}={value:.6g}" for name, value in self.parameters.items())
+        return f"Solution({self.family!r}{chosen}, error={self.error:.0e})"
+
+    @property
+    def beta_range(self) -> tuple[float, float]:
+        """Radii over the medium's length that the table holds."""
+        return self.panels[0].low, self.panels[-1].high
+
+    def covers(self, beta: Array) -> bool:
+        """Whether all radii are in the table; raises ValueError where others are refused."""
+        inside = not _outside(self.panels, beta).any()
+        if not inside and self.outside == "refuse":
+            low, high = self.beta_range
+            raise ValueError(
+                f"Contact radii of {beta.min():.3g} ... {beta.max():.3g} lengths of the medium are needed; the table "
+                f"{self.family!r} holds {low:g} ... {high:g}. outside='solve' solves the others directly."
             )
-            for panel in self.panels
+        return inside and bool(beta.size)
+
+    def summary(self, beta: Array) -> str:
+        """Which table it was, and how many of these radii it does not hold."""
+        low, high = self.beta_range
+        outside = int(np.count_nonzero((beta > 0) & _outside(self.panels, beta)))
+        others = f"; {outside} of {beta.size} contacts are outside it and were solved directly" if outside else ""
+        return f"table {self.family!r}, relative error below {self.error:.0e}, a/l = {low:g} ... {high:g}{others}"
+
+    def normalized_stiffness(self, beta: float | Array) -> Array:
+        """Kbar = F/(2 E* a d) [-]; shape of `beta`."""
+        return np.pi * self.coefficients(np.ravel(beta))[0][:, 0].reshape(np.shape(beta))
+
+    def moment(self, beta: float | Array, exponent: float) -> Array:
+        """kappa_n = (n + 1) int_0^1 pbar rho^(n + 1) drho [-], n > 0; shape of `beta`."""
+        flat, n = self.coefficients(np.ravel(beta))[0], positive("exponent", exponent)
+        return ((n + 1) * np.pi * flat @ power_moments(n, 0, flat.shape[1])).reshape(np.shape(beta))
+
+    def edge_coefficient(self, beta: float | Array) -> Array:
+        """Edge strength [-], whose square is d(a Kbar)/da; shape of `beta`."""
+        flat, first, _ = self.coefficients(np.ravel(beta))
+        return np.sqrt(np.pi * (flat[:, 0] + first[:, 0])).reshape(np.shape(beta))
+
+    def pressure(self, beta: float, rho: Array) -> Array:
+        """Pressure of unit depth on the unit disc, modulus 1, at 0 <= rho < 1."""
+        flat = self.coefficients(np.array([beta]))[0][0]
+        rho = np.asarray(rho, dtype=float)
+        return np.tensordot(flat, regular_part(0, flat.size, rho), axes=1) / np.sqrt((1 - rho) * (1 + rho))
+
+    def coefficients(self, beta: Array) -> tuple[Array, Array, Array]:
+        """c_n of the flat punch at radii inside the table and their first two derivatives by ln beta, shape (n, terms) each."""
+        _check_range(self.panels, beta)
+        parts = list(_places(self.panels, beta))
+        terms = max((panel.series["flat"].outputs for panel, _ in parts), default=1)
+        c, first, second = (np.zeros((beta.size, terms)) for _ in range(3))
+        for panel, chosen in parts:
+            # the first column is ln Kbar, the others c_n/c_0
+            y, dy, ddy = panel.derivatives("flat", beta[chosen], 2)
+            size, growth, change = np.exp(y[:, :1]) / np.pi, dy[:, :1].copy(), ddy[:, :1].copy()
+            y[:, 0], dy[:, 0], ddy[:, 0] = 1.0, 0.0, 0.0
+            n = y.shape[1]
+            c[chosen, :n] = size * y
+            first[chosen, :n] = size * (dy + growth * y)
+            second[chosen, :n] = size * (ddy + 2 * growth * dy + (change + growth**2) * y)
+        return c, first, second
+
+    def round(self, beta: Array) -> tuple[Array, Array, Array]:
+        """Flat punch, edge and slope functionals of harmonic 0 (`flatpunch.punch.matrix.Responses`)."""
+        c, first, second = self.coefficients(beta)
+        return c, *round_functionals(c, first, second)
+
+    def responds_to(self, exponent: float) -> bool:
+        """Whether the responses to the harmonics of r^n psi(phi) are tabulated."""
+        return bool(self.panels[0].orders.size) and exponent in (1, 2)
+
+    def edges(self, beta: Array, orders: Indices, exponent: float) -> tuple[Array, Array]:
+        """k_m and S[A_m^-1 b[r^n]] of harmonics m > 0, for indenters r^n psi(phi), n = 1 or 2; shape (radii, orders) each."""
+        stiffening, edge = (np.empty((beta.size, orders.size)) for _ in range(2))
+        strength, closed = self.edge_coefficient(beta), half_space_power_edge(exponent, orders)
+        for panel, chosen in _places(self.panels, beta):
+            # responses are smooth functions of ln m
+            known, inside = np.log(panel.orders), np.log(np.minimum(orders, panel.orders[-1]))
+            added, ratio = (
+                scipy.interpolate.make_interp_spline(known, panel.derivatives(name, beta[chosen], 0)[0], 5, axis=1)(
+                    inside
+                )
+                for name in ("stiffening", f"edge_{exponent:g}")
+            )
+            stiffening[chosen] = (orders - 1) / 2 + added
+            # on harmonics beyond the last only the half-space of the surface acts
+            edge[chosen] = closed * np.where(orders > panel.orders[-1], 1.0, ratio * strength[chosen, None])
+        return stiffening, edge
+
+    def responses(self, beta: float | Array, order: int, exponent: float) -> dict[str, Array]:
+        """Second-order responses R_m, chi_m and eta_m (T5) to the harmonic m of ln psi, f = r^n psi(phi).
+
+        Parameters
+        ----------
+        beta : float or ndarray, shape (n,)
+            Radius of the round base contact over the medium's length.
+        order : int
+            m > 0.
+        exponent : float
+            n, 1 or 2.
+
+        Returns
+        -------
+        dict of ndarray, shape (n,)
+            "outline" R_m: ln a(phi) gains -R_m g_m cos(m phi); "force" chi_m: ln F gains chi_m g_m^2 at given depth;
+            "stiffness" eta_m: ln(dF/dd) gains eta_m h_m^2, h_m the harmonic of ln a(phi).
+        """
+        if not self.responds_to(exponent):
+            raise ValueError(
+                f"exponent = {exponent!r}: the table {self.family!r} holds responses "
+                + ("for n = 1 and 2." if self.panels[0].orders.size else "of no indenter.")
+            )
+        order = whole("order", order, 1, "It is the harmonic m of the angle.")
+        beta = np.atleast_1d(np.asarray(beta, dtype=float))
+        flat, edge, slope = self.round(beta)
+        k, power = (found[:, 0] for found in self.edges(beta, np.array([order]), exponent))
+        b, closed = power_moments(exponent, 0, flat.shape[1]), power_edge(exponent, 0)
+        strength = 1 / np.pi + edge[:, 0]
+        depth = (closed + edge @ b) / strength
+        growth = (depth * slope[:, 0] + exponent * closed - slope @ b) / strength
+        excess = 2 * np.pi * flat @ b
+        force = 2 * np.pi * depth * flat[:, 0] - excess
+        outline = power / (strength * growth)
+        tangent = 2 * np.pi**2 * strength**2 * growth
+        return {
+            "outline": outline,
+            "force": (tangent * outline**2 - excess) / (4 * force),
+            "stiffness": np.pi * strength**2 / flat[:, 0] * (1 + k) / 2,
+        }
+
+
+def _outside(panels: Sequence[AnyPanel], beta: Array) -> Flags:
+    return np.asarray((beta < panels[0].low * (1 - ROUNDING)) | (beta > panels[-1].high * (1 + ROUNDING)))
+
+
+def _check_range(panels: Sequence[AnyPanel], beta: Array) -> None:
+    outside = _outside(panels, beta)
+    if outside.any():
+        raise ValueError(
+            f"beta = {beta[outside][0]:.6g} lies outside the table, which holds {panels[0].low:g} ... {panels[-1].high:g} "
+            "(punch radius over the length of the medium)."
         )
+
+
+def _places(panels: Sequence[P], beta: Array) -> Iterator[tuple[P, Indices]]:
+    """Panels with the radii that each holds, by their indices: few enough that polynomials stay in the cache of a core."""
+    index = np.searchsorted(np.log([panel.high for panel in panels[:-1]]), np.log(beta))
+    for i in np.unique(index):
+        chosen = np.flatnonzero(index == i)
+        for start in range(0, chosen.size, _TOGETHER):
+            yield panels[int(i)], chosen[start : start + _TOGETHER]

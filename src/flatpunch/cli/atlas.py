@@ -31,6 +31,9 @@ Set = Annotated[
 Moments = Annotated[str, typer.Option(help="Exponents n of the moments kappa_n, with commas between them.")]
 
 
+_FOR_PROGRAMS = {"Conventions", "institution", "references", "description", "evaluation", "responses", "family_file"}
+"""Attributes of a file that describe its layout to those who read it without this package, and the text it was made from."""
+
 _PRINTED = 40
 """Rows of a screen."""
 
@@ -40,23 +43,18 @@ atlas_app = typer.Typer(no_args_is_help=True, help="The library of flat-punch so
 @command("atlas list", atlas_app)
 def list_tables() -> None:
     """List the tables that come with the package."""
-    from flatpunch import atlas
-    from flatpunch.atlas.library import describe
-
-    rows = []
-    for name in (*atlas.families(), "power-law"):
-        about = describe(atlas.table(name))
-        parameters = "\n".join(f"{p}\n  {low:g} ... {high:g}" for p, (low, high) in about["parameters"].items())
-        low, high = about["beta"]
-        beta = f"{low:g}\n... {high:g}" if high < float("inf") else "any"
-        rows.append((name, about["title"], parameters, beta, f"{about['bound']:.0e}"))
     from rich.table import Table as Listing
+
+    from flatpunch import atlas
 
     listing = Listing(title="Tables of flat-punch solutions", title_justify="left", show_lines=True)
     for column in ("family", "medium", "parameters", "a/l", "error"):
         listing.add_column(column, no_wrap=column != "medium")
-    for row in rows:
-        listing.add_row(*row)
+    for table in map(atlas.table, (*atlas.families(), "power-law")):
+        parameters = "\n".join(f"{p.name}\n  {p.low:g} ... {p.high:g}" for p in table.parameters)
+        low, high = table.beta_range
+        beta = f"{low:g}\n... {high:g}" if high < float("inf") else "any"
+        listing.add_row(table.name, table.title, parameters, beta, f"{table.bound:.0e}")
     Console().print(listing)
 
 
@@ -64,32 +62,28 @@ def list_tables() -> None:
 def show(family: Name) -> None:
     """Say what a table holds: parameters, ranges, measured errors, where it comes from."""
     from flatpunch import atlas
-    from flatpunch.atlas.library import describe
-    from flatpunch.atlas.storage import LICENCE
 
     table = atlas.table(family)
-    about = describe(table)
+    about = {key: value for key, value in table.attributes.items() if key not in _FOR_PROGRAMS}
+    series = [one for panel in table.panels for one in panel.series.values()]
 
     def line(label: str, value: object) -> None:
         say(f"{label:<24}{value}")
 
-    line("Family", about["name"])
-    line("Medium", about["title"])
+    line("Family", table.name)
+    line("Medium", table.title)
     for p in table.parameters:
         unit = f" {p.unit}" if p.unit not in ("", "1") else ""
         line("Parameter", f"{p.name}: {p.low:g} ... {p.high:g}{unit}, {p.meaning}")
-    line("beta = a/l", "{:g} ... {:g}".format(*about["beta"]))
-    line("Relative error", f"below {about['bound']:.0e} for Kbar, kappa_1 and kappa_2")
-    line("Responses to outlines", "n = 1 and 2" if about["responses"] else "solved directly")
-    line("Coefficients", about["coefficients"])
-    path = _path(family)
-    if path is not None:
+    line("beta = a/l", "{:g} ... {:g}".format(*table.beta_range))
+    line("Relative error", f"below {table.bound:.0e} for Kbar, kappa_1 and kappa_2")
+    line("Responses to outlines", "n = 1 and 2" if table.panels[0].orders.size else "solved directly")
+    line("Coefficients", sum(one.value.size for one in series))
+    if (path := _path(family)) is not None:
         line("File", f"{path} ({path.stat().st_size / 1e3:.0f} kB)")
-    line("Licence", f"{LICENCE} (data)")
-    known = {"name", "title", "parameters", "beta", "bound", "coefficients", "responses", "family_file"}
+    line("Licence", f"{about.pop('license')} (data)")
     for key, value in about.items():
-        if key not in known:
-            line(key.replace("_", " ").capitalize(), f"{value:.2g}" if isinstance(value, float) else value)
+        line(key.replace("_", " ").capitalize(), f"{value:.2g}" if isinstance(value, float) else value)
 
 
 @command("atlas query", atlas_app)
@@ -134,9 +128,10 @@ def export(
     columns = {**inputs, **outputs}
     if terms:
         columns |= {f"c_{n}": column for n, column in enumerate(_coefficients(table, inputs, terms).T)}
+    source = f"{table.attributes.get('created_by', 'flatpunch')}; {table.attributes['license']}"
     head = (
         f"# {table.title}: rigid flat punch, F = 2 E* a d Kbar, beta = a/l\n"
-        f"# relative error below {table.bound:.0e}; {table.attributes.get('created_by', 'flatpunch')}; CC-BY-4.0\n"
+        f"# relative error below {table.bound:.0e}; {source}\n"
     )
     text = pd.DataFrame(columns).to_csv(index=False, float_format="%.12g", lineterminator="\n")
     write_whole(csv, (head + text).encode())
@@ -180,14 +175,9 @@ def _grid(table: Table, beta: list[float], given: list[str], *, fill: bool) -> t
         if p.name not in wanted and fill:
             wanted[p.name] = p.at(np.linspace(-1, 1, 6)).tolist()
     names = [p.name for p in table.parameters]
-    missing, unknown = [n for n in names if n not in wanted], [n for n in wanted if n not in names]
-    if missing or unknown:
-        what = (
-            f"needs {', '.join(f'--set {n}=...' for n in missing)}"
-            if missing
-            else f"does not know {', '.join(unknown)}"
-        )
-        raise ValueError(f"The table {table.name!r} {what}; its parameters are {', '.join(names) or 'none'}.")
+    if set(wanted) != set(names):
+        takes = " ".join(f"--set {name}=..." for name in names) or "no --set"
+        raise ValueError(f"The table {table.name!r} takes {takes}, not {', '.join(wanted) or 'nothing'}.")
     count = math.prod(map(len, (*wanted.values(), beta)))
     if count > AT_ONCE:
         raise ValueError(f"{count} combinations of radii and parameters are too many; {AT_ONCE} are the most.")
@@ -211,11 +201,10 @@ def _coefficients(table: Table, inputs: dict[str, Array], terms: int) -> Array:
     """c_n of every combination, shape (rows, terms)."""
     import numpy as np
 
-    if not table.panels:
-        raise ValueError(f"--terms: the solutions of {table.name!r} are closed forms and have no coefficients.")
     names = [p.name for p in table.parameters]
     rows = np.zeros((inputs["beta"].size, terms))
-    for i, beta in enumerate(inputs["beta"]):
-        flat = table.at(**{name: float(inputs[name][i]) for name in names}).flat(np.array([beta]))[0, :terms]
-        rows[i, : flat.size] = flat
+    for row, beta, *values in zip(rows, inputs["beta"], *(inputs[name] for name in names), strict=True):
+        solution = table.at(**dict(zip(names, map(float, values), strict=True)))
+        flat = solution.coefficients(np.array([beta]))[0][0, :terms]
+        row[: flat.size] = flat
     return rows

@@ -23,6 +23,7 @@ from flatpunch._support.checks import (
     values,
 )
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -97,9 +98,10 @@ def fields(
     Returns
     -------
     xarray.Dataset
-        Over the broadcast points: stress(component: xx, yy, zz, yz, xz, xy) [Pa, tension positive], displacement(axis) [m],
-        von_mises, principal(order, largest first), max_shear, hydrostatic [Pa], layer. Attributes say what was solved;
-        `stress_error` is the error over the size of the pressure, from a second calculation by other rules.
+        Over the broadcast points: stress(component: xx, yy, zz, yz, xz, xy) [Pa, tension positive; NaN at a rim where it is
+        infinite], displacement(axis) [m], von_mises, principal(order, largest first), max_shear, hydrostatic [Pa],
+        layer. Attributes say what was solved; `stress_error` is the error over the size of the pressure, from a
+        second calculation by other rules.
 
     Raises
     ------
@@ -145,8 +147,11 @@ def fields(
         layer[part.chosen] = part.layer
         if residual is not None:
             stress[:2, part.chosen] += residual[part.layer]
+    said = [solved.get("notes", ""), _at_singular_points(points, stress)]
     if friction > 0 and any(_slides(part.body) for part in parts):
-        solved["notes"] = "\n".join(filter(None, [solved.get("notes", ""), _SHIFT]))
+        said.append(_SHIFT)
+    if any(said):
+        solved["notes"] = "\n".join(filter(None, said))
     attributes = {
         "title": "Fields computed by flatpunch",
         **solved,
@@ -173,6 +178,18 @@ _SHIFT = (
     "A layer slides without friction on what is below it: under friction of the tip its displacement along the surface is known "
     "up to a rigid shift only."
 )
+
+
+def _at_singular_points(points: Array, stress: Array) -> str:
+    """Note on points without a stress; empty where all have one."""
+    none = np.isnan(stress).any(axis=0)
+    if not none.any():
+        return ""
+    x, y, _ = points[:, int(np.argmax(none))]
+    return (
+        f"{int(none.sum())} of {none.size} points have no stress, the first at x = {text(float(x), 'm')}, y = "
+        f"{text(float(y), 'm')}: there it is infinite, at the rim of a load."
+    )
 
 
 def _slides(body: Stack) -> bool:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch._support.readable import quantity_of
+from flatpunch._support.readable import quantity_of, unit_of
 from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.compliance import compliance
@@ -252,19 +252,19 @@ def words(thing: object, skip: tuple[str, ...] = ()) -> str:
         value = getattr(thing, field.name)
         if not field.repr or field.name.startswith("_") or field.name in skip or value is None or value == ():
             continue
-        parts.append(f"{field.name} {_value(name, field.name, value)}")
+        parts.append(f"{field.name} {_value(value, unit_of(thing, field.name))}")
     return f"{name} {', '.join(parts)}".strip()
 
 
-def _value(owner: str, name: str, value: object) -> str:
+def _value(value: object, unit: str) -> str:
     if dataclasses.is_dataclass(value):
         return f"({words(value)})"
     if isinstance(value, tuple):
         # longest list that is written in full
         if len(value) <= 4 and all(isinstance(entry, float) for entry in value):
-            return f"({', '.join(_value(owner, name, entry) for entry in value)})"
+            return f"({', '.join(_value(entry, unit) for entry in value)})"
         return f"({len(value)} values)"
-    return quantity_of(f"{owner}.{name}", value)
+    return quantity_of(value, unit)
 
 
 def _control(case: Case) -> str:

@@ -209,7 +209,8 @@ def stress_rows(found: Stresses) -> list[list[str]]:
         row = [(f"{body} " if body else "") + str(i + 1)]
         for name in ("von_mises", "tension"):
             x, _, z = (text(float(each), "m") for each in peaks[f"{name}_place"].values[n])
-            row += [_stress(float(peaks[name].values[n])), f"{x}, {z}"]
+            shown = _stress(float(peaks[name].values[n]))
+            row += [shown, "" if shown == _NONE else f"{x}, {z}"]
         face = faces.get((body, i))
         for name in ("interface_tension", "interface_shear"):
             row.append("" if face is None else _stress(float(peaks[name].values[face])))
@@ -217,8 +218,12 @@ def stress_rows(found: Stresses) -> list[list[str]]:
     return rows
 
 
+_NONE = "none"
+"""Where the largest tension is a compression."""
+
+
 def _stress(value: float) -> str:
-    return "infinite" if math.isinf(value) else text(value, "Pa")
+    return "infinite" if math.isinf(value) else text(value, "Pa") if value >= 0 else _NONE
 
 
 STRESS_COLUMNS = (

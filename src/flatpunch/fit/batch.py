@@ -12,6 +12,7 @@ import xarray as xr
 
 from flatpunch._support.checks import Array, shown
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import cores
 from flatpunch.fit.fitting import fit_model
@@ -20,10 +21,9 @@ from flatpunch.fit.measured.files.readers import read_curve
 from flatpunch.fit.models import Model, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
-from flatpunch.fit.places import Place, listed, on_grid
-from flatpunch.fit.records import Records, keys_of
+from flatpunch.fit.places import Place, Records, keys_of, listed, on_grid
 from flatpunch.fit.report.findings import doubts
-from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.quantities import label, unit_of
 from flatpunch.fit.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Relaxation
@@ -73,7 +73,7 @@ class Batch:
         rows = [
             (
                 str(row["curve"]),
-                *(quantity(float(row.get(name, np.nan)), unit_of(name)) for name in names),
+                *(text(float(row.get(name, np.nan)), unit_of(name)) for name in names),
                 str(row["reason"]),
             )
             for row in self.rows[:_SHOWN]

@@ -16,9 +16,10 @@ from collections.abc import Callable
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
+from flatpunch._support.numbers import Checked
 
 
-class Indenter(ABC):
+class Indenter(Checked, ABC):
     """Rigid, smooth, frictionless indenter.
 
     A shape of your own derives from it and defines `height` and `slope`, and of the other members those that differ from the ones

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatpunch.kernels.bodies import Tuples, body_of
-from flatpunch.kernels.vectors import checked
+from flatpunch.kernels.vectors import wave_vectors
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array, Indices
@@ -62,9 +62,9 @@ def interior(
     body = body_of(medium).single
     if not body:
         raise TypeError("medium is TwoBodies; `interior` takes each of them by itself.")
-    x, y = checked(qx=qx, qy=qy)
+    (x, y), magnitude = wave_vectors(qx=qx, qy=qy)
     depths = values("z", z, unit="m")
-    k = np.hypot(x, y).ravel()
+    k = magnitude.ravel()
     if not (k > 0).all():
         raise ValueError("qx and qy are both zero somewhere; a uniform traction has no wave. Leave q = 0 out.")
     own, which = np.unique(k, return_inverse=True)

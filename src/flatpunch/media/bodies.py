@@ -231,7 +231,7 @@ class Medium(Stack):
     def _table_(self) -> Table:
         """A row for each layer, from the surface down."""
         rows = [
-            (f"layer {i + 1}", *layer.elasticity(), quantity_of("thickness", layer.thickness), in_words(layer.bonded))
+            (f"layer {i + 1}", *layer.elasticity(), quantity_of(layer.thickness, "m"), in_words(layer.bonded))
             for i, layer in enumerate(self.layers)
         ]
         rows.append(("base", *self.base.elasticity(), "" if self.base.rigid else "half-space", ""))

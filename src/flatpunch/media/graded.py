@@ -203,7 +203,7 @@ class GradedLayer(AnyLayer):
         """Laws of the moduli and Poisson ratios in words."""
         if self.anisotropic:
             return summary([getattr(self, name) for name in self.numbers])
-        return quantity_of("young", self.young), quantity_of("poisson", self.poisson)
+        return quantity_of(self.young, "Pa"), quantity_of(self.poisson, "")
 
     def _check_kind(self) -> None:
         missing = [name for name in _AXIAL if getattr(self, name) is None]

@@ -202,7 +202,7 @@ class Isotropic(Homogeneous):
 
     def elasticity(self) -> tuple[str, str]:
         """Young's modulus and Poisson ratio in words."""
-        return quantity_of("young", self.young), quantity_of("poisson", self.poisson)
+        return quantity_of(self.young, "Pa"), quantity_of(self.poisson, "")
 
 
 _FACES = {True: Interface(), False: Interface(shear=0.0)}

@@ -120,4 +120,4 @@ class PowerLawHalfSpace(Base):
 
     def elasticity(self) -> tuple[str, str]:
         """Modulus and Poisson ratio in words."""
-        return quantity_of("modulus", self.modulus), quantity_of("poisson", self.poisson)
+        return quantity_of(self.modulus, "Pa"), quantity_of(self.poisson, "")

@@ -27,10 +27,6 @@ class PunchSolution(Protocol):
         """Where the flat punches of these radii come from, in one sentence."""
         ...
 
-    def flat(self, beta: Array) -> Array:
-        """Coefficients of the flat punch, shape (n, terms)."""
-        ...
-
     def round(self, beta: Array) -> tuple[Array, Array, Array]:
         """Flat punch, edge and slope functionals of round contact, shape (n, terms) each."""
         ...

@@ -211,8 +211,8 @@ class TransverselyIsotropicLayer(_Constants, AnyLayer):
 def summary(constants: Sequence[object]) -> tuple[str, str]:
     """Moduli and Poisson ratios, numbers or laws of depth, in words."""
     young, young_axial, poisson, poisson_axial, shear = constants
-    plane, axial, between = (quantity_of("young", value) for value in (young, young_axial, shear))
-    ratios = [quantity_of("poisson", value) for value in (poisson, poisson_axial)]
+    plane, axial, between = (quantity_of(value, "Pa") for value in (young, young_axial, shear))
+    ratios = [quantity_of(value, "") for value in (poisson, poisson_axial)]
     return f"{plane} in plane, {axial} axial, shear {between}", f"{ratios[0]}, axial {ratios[1]}"
 
 

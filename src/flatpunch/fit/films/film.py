@@ -19,7 +19,7 @@ from scipy.special import ndtri
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch._support.readable import Table, readable
+from flatpunch._support.readable import readable
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, analysed, oliver_pharr
 from flatpunch.fit.films.unloading import least_squares_fit
 from flatpunch.fit.half_space import published
@@ -28,23 +28,24 @@ from flatpunch.fit.half_space.formulas import equivalents, layer_on_top
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
-from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.quantities import unit_of
-from flatpunch.fit.report.table import Estimate, Row, Rows, rows_of
+from flatpunch.fit.report.table import LEVEL, Estimate, Row, Rows, Tabled, rows_of
 from flatpunch.media import Body, Stack
 from flatpunch.media.material import young_and_poisson
 
 _FRAME, _UNIT = "frame", 1e-9
 """Compliance of the load frame, and the unit in which it is fitted [m/N]."""
-_WIDE = 14.0
-"""Largest change of the logarithm of a parameter; also of the frame in millions of its unit."""
+_WIDE = float(np.log(1e6))
+"""Largest change of the logarithm of a parameter, a factor of a million; also of the frame in millions of its unit."""
+_BESIDE = 5.0
+"""Largest change of ln of the film's modulus by a published formula; at its end the points do not determine the modulus."""
 _DRIFTS = 0.5
 """Correlation of neighbouring residuals above which they are no scatter."""
 
 
 @readable
 @dataclass(frozen=True, eq=False)
-class FilmResult:
+class FilmResult(Tabled):
     """A fitted film.
 
     Attributes
@@ -113,14 +114,6 @@ class FilmResult:
         notes = (*([str(self.rule)] if self.rule else []), *self.notes)
         return Rows(title, (*rows_of(self.estimates), *others), notes=notes)
 
-    def to_csv(self) -> str:
-        """Return the rows as CSV."""
-        return self.table().csv()
-
-    def _table_(self) -> Table:
-        """The rows."""
-        return self.table().cells()
-
 
 @dataclass(frozen=True, slots=True)
 class TenthRule:
@@ -179,7 +172,7 @@ def tenth_rule(medium: Stack, tip: Tip, tolerance: float = 0.05) -> TenthRule:
     >>> print(f"{100 * rule.error:+.0f} % at a tenth of the thickness")
     +23 % at a tenth of the thickness
     """
-    share = np.geomspace(1e-5, 1, 600)
+    share = np.geomspace(1e-5, 1, 1000)
     area = tip.area(share * medium.length)
     # polynomials of calibrated tips may be negative at the depth of some atoms
     share, area = share[area > 0], area[area > 0]
@@ -277,11 +270,11 @@ def fit_film(
     start = np.array([0.0 if n == _FRAME else internal(n, value_of(sample, None, n)) for n in names])
     wide = np.array([_WIDE * (1e6 if n == _FRAME else 1.0) for n in names])
     upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(names, start + wide, strict=True)])
-    found = least_squares_fit(residual, start, (start - wide, upper), count)
+    found, spread = least_squares_fit(residual, start, (start - wide, upper), count)
     medium, here = described(found.x)
     here = here.taken(np.isfinite(here.radius))
-    reach, estimates = float(ndtri((1 + Settings().level) / 2)), {}
-    for name, x, error in zip(names, found.x, np.sqrt(np.diag(found.covariance)), strict=True):
+    reach, estimates = float(ndtri((1 + LEVEL) / 2)), {}
+    for name, x, error in zip(names, found.x, np.sqrt(np.diag(spread)), strict=True):
         value = outside(name, x)
         unit = _UNIT if name == _FRAME else abs(slope(name, value))
         estimates[name] = Estimate(
@@ -299,7 +292,9 @@ def fit_film(
             others = by_formulas(here, tip, stack)
     model = punch_modulus(medium, here.radius)
     notes = (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual))
-    return FilmResult(estimates, medium, here, model, others, found.misfit, rule, notes, curve.name)
+    return FilmResult(
+        estimates, medium, here, model, others, float(np.sqrt(found.cost / count)), rule, notes, curve.name
+    )
 
 
 def _notes(sample: Body, points: OliverPharr, residual: Array) -> Iterable[str]:
@@ -337,7 +332,10 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple
         def residual(x: Array, law: Callable[..., Array] = law) -> Array:
             return misfit_of(points, tip, np.maximum(law(*np.exp(x)), 1.0))
 
-        found = least_squares_fit(residual, start, (start - 5, start + 5), points.radius.size)
+        found, _ = least_squares_fit(residual, start, (start - _BESIDE, start + _BESIDE), points.radius.size)
         star = float("nan") if found.at_bound.any() else float(np.exp(found.x[0]))
-        results[name] = (star * (1 - young_and_poisson(layer_on_top(fitted)[1])[1] ** 2), found.misfit)
+        results[name] = (
+            star * (1 - young_and_poisson(layer_on_top(fitted)[1])[1] ** 2),
+            float(np.sqrt(found.cost / points.radius.size)),
+        )
     return results

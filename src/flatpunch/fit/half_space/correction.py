@@ -23,7 +23,7 @@ from scipy.optimize import brentq
 from flatpunch._support.checks import ROUNDING, Array, poisson_ratio, positive
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
-from flatpunch._support.readable import Table, readable
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
@@ -39,7 +39,7 @@ from flatpunch.fit.half_space.formulas import (
 )
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
-from flatpunch.fit.report.table import Estimate, Row, Rows
+from flatpunch.fit.report.table import Estimate, Row, Rows, Tabled
 from flatpunch.indenters import AreaFunction
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Stack
@@ -68,7 +68,7 @@ _STEP = 1e-4
 
 @readable
 @dataclass(frozen=True)
-class Correction:
+class Correction(Tabled):
     """Corrected modulus.
 
     Attributes
@@ -131,14 +131,6 @@ class Correction:
         """Deviation from the exact contact, and what the formula was made for."""
         off = f"{100 * (value / self.young - 1):+.3g} %" if math.isfinite(value) else ""
         return "; ".join(filter(None, (off, self.why.get(name, ""))))
-
-    def to_csv(self) -> str:
-        """Return the moduli as CSV, a line for the exact contact and for each published correction."""
-        return self.table().csv()
-
-    def _table_(self) -> Table:
-        """The moduli."""
-        return self.table().cells()
 
     def dataset(self) -> xr.Dataset:
         """Return the result as a dataset: moduli by `formula`, the exact contact first, and the apparent modulus by `depth`."""

@@ -20,6 +20,7 @@ from flatpunch.contact import Method, MethodName, indent
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.files import Case
 from flatpunch.fit.half_space import published
+from flatpunch.fit.report.table import csv_of
 from flatpunch.indenters import Cone, Paraboloid, Pyramid, Sphere
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import AnyLayer, Body, Layer, Medium, Stack
@@ -41,7 +42,7 @@ OLIVER_PHARR = "oliver-pharr"
 def half_space_models(indenter: Indenter) -> dict[str, Force]:
     """The half-space formulas in use for a tip by their names, the usual one first; none for most tips."""
     if isinstance(indenter, (Sphere, Paraboloid)):
-        return {"hertz": lambda d: 4 / 3 * math.sqrt(indenter.radius) * d**1.5}
+        return {"hertz": lambda d: 4 / 3 * math.sqrt(indenter.radius) * d ** (3 / 2)}
     if indenter.flat:
         return {"flat": lambda d: 2 * indenter.reach * d}
     if isinstance(indenter, Cone):
@@ -327,10 +328,9 @@ def comparison_table(found: xr.Dataset) -> Table:
 
 def comparison_csv(found: xr.Dataset) -> str:
     """Comparison as CSV: a line for each step, the exact force, and force and deviation by each formula."""
-    import pandas as pd
-
-    columns = {"depth [m]": found["depth"].values, "force [N]": found["force"].values}
-    for one in (found.isel(formula=i) for i in range(found.sizes["formula"])):
-        columns[f"{one['formula'].item()} [N]"] = one["formula_force"].values
-        columns[f"{one['formula'].item()} deviation [-]"] = one["deviation"].values
-    return str(pd.DataFrame(columns).to_csv(index=False, na_rep="nan", lineterminator="\n"))
+    columns, units = {"depth": found["depth"].values, "force": found["force"].values}, {"depth": "m", "force": "N"}
+    for name, force, off in zip(*(found[n].values for n in ("formula", "formula_force", "deviation")), strict=True):
+        columns |= {str(name): force, f"{name} deviation": off}
+        units |= {str(name): "N", f"{name} deviation": "-"}
+    rows = zip(*(column.tolist() for column in columns.values()), strict=True)
+    return csv_of([dict(zip(columns, row, strict=True)) for row in rows], units)

@@ -9,11 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, real, refused_overflow
+from flatpunch._support.checks import Array, refused_overflow
+from flatpunch._support.numbers import an_angle
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import SAME, spread
 from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
@@ -22,6 +24,11 @@ from flatpunch.indenters.shapes.paraboloid import EllipticParaboloid, Paraboloid
 from flatpunch.indenters.shapes.power_law import PowerLaw
 from flatpunch.indenters.shapes.pyramid import Pyramid
 from flatpunch.indenters.worn.rounded import Rounded
+
+Tilt = Annotated[
+    float,
+    an_angle("tilt", above=-math.pi / 2, below=math.pi / 2, outside="must be an angle below pi/2 in size, in radians."),
+]
 
 
 @readable
@@ -64,20 +71,15 @@ class Tilted(Indenter):
     """
 
     tip: Indenter
-    tilt_x: float
-    tilt_y: float = 0.0
+    tilt_x: Tilt
+    tilt_y: Tilt = 0.0
     apex: tuple[float, float] = field(init=False, compare=False)
     shape: Indenter = field(init=False, repr=False, compare=False)
 
     @refused_overflow()
-    def __post_init__(self) -> None:
+    def _together_(self) -> None:
         check_indenter(self.tip, "Tilted.tip")
         check_rising(self.tip)
-        for name in ("tilt_x", "tilt_y"):
-            value = real(f"Tilted.{name}", getattr(self, name), "rad")
-            if abs(value) >= math.pi / 2:
-                raise BadValue(f"Tilted.{name}", repr(value), "must be an angle below pi/2 in size, in radians.")
-            object.__setattr__(self, name, value)
         shape, apex = _tilted(self.tip, math.tan(self.tilt_x), math.tan(self.tilt_y))
         object.__setattr__(self, "shape", shape)
         object.__setattr__(self, "apex", apex)

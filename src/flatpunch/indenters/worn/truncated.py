@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Annotated
 
 import numpy as np
 import scipy
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, BadValue, positive, refused_overflow, shown
+from flatpunch._support.checks import Array, BadValue, refused_overflow, shown
+from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
@@ -44,25 +46,25 @@ class Truncated(Indenter):
     """
 
     tip: Indenter
-    height_removed: float
+    height_removed: Annotated[float, a_length("height removed", remedy="It is the height cut off above the apex.")]
     _rings: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
     @refused_overflow()
-    def __post_init__(self) -> None:
+    def _together_(self) -> None:
         check_indenter(self.tip, "Truncated.tip")
         check_rising(self.tip)
         if self.tip.flat or isinstance(self.tip, Truncated):
             raise TypeError(f"Truncated.tip = {shown(self.tip)} is flat already.")
-        removed = positive(
-            "Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.", unit="m"
-        )
-        object.__setattr__(self, "height_removed", removed)
-        object.__setattr__(self, "_rings", _border(self.tip, removed))
+        object.__setattr__(self, "_rings", _border(self.tip, self.height_removed))
 
     @classmethod
-    def across(cls, tip: Indenter, radius: float) -> Truncated:
+    @checked
+    def across(
+        cls,
+        tip: Indenter,
+        radius: Annotated[float, a_length("radius", remedy="It is the smallest radius of the flat.")],
+    ) -> Truncated:
         """Tip cut off where its flat has the given smallest radius [m]: half the side of a square pyramid's flat."""
-        radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.", unit="m")
         check_indenter(tip, "tip")
         if radius >= tip.reach:
             raise ValueError(
