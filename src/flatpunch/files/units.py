@@ -60,6 +60,8 @@ INTERFACE = Dimension(
     "interface stiffness", "Pa/m", "20 GPa/um", ("Pa/m", "kPa/um", "MPa/um", "GPa/um", "GPa/nm", "N/m^3", "N/mm^3")
 )
 DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE, TIME, WORK_OF_ADHESION, INTERFACE)
+BY_UNIT = {dimension.unit: dimension for dimension in (*DIMENSIONS, STIFFNESS)}
+"""All of them by their SI unit."""
 
 
 _NO_UNIT = (

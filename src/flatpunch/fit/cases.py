@@ -27,7 +27,6 @@ from flatpunch.fit.report.quantities import unit_of
 
 FRAME = si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN"))
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
-_BY_UNIT = {dimension.unit: dimension for dimension in (*si.DIMENSIONS, si.STIFFNESS)}
 _ANGLES = ("inclination", "half_opening_angle")
 PARAMETERS = {
     "young",
@@ -292,7 +291,7 @@ def value_in_si(name: str, given: object, called: str = "") -> float:
     word = _word(name)
     if word not in PARAMETERS and not (called and word in BESIDE):
         raise BadValue(name, "", f"is no parameter; parameters end in {', '.join(sorted(PARAMETERS))}.")
-    dimension = _BY_UNIT.get(
+    dimension = si.BY_UNIT.get(
         "rad" if word in _ANGLES else "" if word == "relative" else unit_of(word.replace("interface_", ""))
     )
     if dimension is not None:

@@ -29,9 +29,6 @@ _DIMENSIONS = {
 }
 """What the quantities of a contact are measured in."""
 
-_OF_UNITS = {"Pa": units.PRESSURE, "m": units.LENGTH, "rad": units.ANGLE, "1/m": units.CURVATURE}
-"""Dimensions of the numbers that are varied, by their SI unit."""
-
 
 @dataclass(frozen=True)
 class DesignCase:
@@ -126,8 +123,8 @@ def _bounds(name: str, bounds: object, unit: str) -> tuple[float, float]:
         raise ValueError(
             f"[design] vary: {name} = {shown(bounds)} must be a list of two bounds, the smaller one first."
         )
-    if unit in _OF_UNITS:
-        low, high = (units.named_si(f"[design] vary: {name}", each, _OF_UNITS[unit]) for each in bounds)
+    if unit:
+        low, high = (units.named_si(f"[design] vary: {name}", each, units.BY_UNIT[unit]) for each in bounds)
         return low, high
     if any(isinstance(each, (bool, str)) or not isinstance(each, (int, float)) for each in bounds):
         raise ValueError(f"[design] vary: {name} = {shown(bounds)} must be two plain numbers: it has no unit.")

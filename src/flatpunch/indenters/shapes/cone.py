@@ -42,7 +42,13 @@ class Cone(RoundShape):
     @classmethod
     @checked
     def of_opening(cls, half_opening_angle: HalfOpeningAngle) -> Cone:
-        """Cone by the angle between its axis and its face [rad]."""
+        """Cone by the angle between its axis and its face.
+
+        Parameters
+        ----------
+        half_opening_angle : float
+            Angle [rad], between 0 and pi/2; the inclination is pi/2 less this.
+        """
         return cls(math.pi / 2 - half_opening_angle)
 
     @property

@@ -96,7 +96,13 @@ class EllipticParaboloid(Indenter):
         radius_x: Annotated[float, a_length("radius along x", remedy="The tip is convex.", example="20 um")],
         radius_y: Annotated[float, a_length("radius along y", remedy="The tip is convex.", example="12 um")],
     ) -> EllipticParaboloid:
-        """Paraboloid of the principal radii of curvature along x and y [m]."""
+        """Paraboloid by its principal radii of curvature at the apex.
+
+        Parameters
+        ----------
+        radius_x, radius_y : float
+            Radii in the planes of x and y [m], > 0; A = 1/(2 radius_x).
+        """
         return cls(0.5 / radius_x, 0.5 / radius_y)
 
     @property

@@ -176,7 +176,24 @@ class PowerLaw(Indenter):
         factors: tuple[Annotated[float, a_ratio("factors", example="[1.0, 1.2, 1.1]")], ...] | None = None,
         corners: tuple[Annotated[float, an_angle("corners", least=-np.inf)], ...] = (),
     ) -> PowerLaw:
-        """Power law by its height at a radius [m], f = height (r/radius)^exponent, times factors at polar angles [rad]."""
+        """Power law by its height at a radius, f = height (r/radius)^exponent, times factors over the polar angle.
+
+        Parameters
+        ----------
+        exponent : float
+            n [-], > 0.
+        radius, height : float
+            A radius and the height there [m], > 0.
+        angles, factors : sequence of float, optional
+            Polar angles [rad] of one turn, and the factor on the height at each, > 0; a cubic spline is laid through them.
+        corners : sequence of float
+            Angles of the table at which the outline has an edge [rad].
+
+        Raises
+        ------
+        ValueError
+            If only one of angles and factors is given.
+        """
         if (angles is None) != (factors is None):
             raise ValueError("angles and factors belong together: one factor for each polar angle of one turn.")
         psi = height / radius**exponent

@@ -59,7 +59,15 @@ class Pyramid(Indenter):
     @classmethod
     @checked
     def of_opening(cls, sides: Sides, half_opening_angle: HalfOpeningAngle) -> Pyramid:
-        """Pyramid by its number of faces and the angle between its axis and each face [rad]."""
+        """Pyramid by the angle between its axis and each face.
+
+        Parameters
+        ----------
+        sides : int
+            Number of faces, >= 3.
+        half_opening_angle : float
+            Angle [rad], between 0 and pi/2; the inclination is pi/2 less this.
+        """
         return cls(sides, math.pi / 2 - half_opening_angle)
 
     @property

@@ -21,7 +21,7 @@ import math
 from typing import Annotated, overload
 
 from flatpunch._support.checks import BadValue
-from flatpunch._support.numbers import Number, a_length, an_angle, checked
+from flatpunch._support.numbers import a_length, an_angle, checked
 from flatpunch.indenters._common import case_file
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid
@@ -35,19 +35,10 @@ TipRadius = Annotated[float, a_length("radius of the apex", above=-math.inf, lea
 HeightRemoved = Annotated[float, a_length("height removed", above=-math.inf, least=0.0, remedy="0 is sharp.")]
 
 
-def _a_face(what: str, example: str) -> Number:
-    """Half opening angle of a face."""
-    return an_angle(
-        what,
-        outside="must lie in 0 < angle < pi/2: the half opening angle between axis and face in radians. Degrees go "
-        "through math.radians.",
-        example=example,
-    )
-
-
-Front = Annotated[float, _a_face("front", "15 deg")]
-Back = Annotated[float, _a_face("back", "25 deg")]
-Side = Annotated[float, _a_face("side", "20 deg")]
+_FACE = "must lie in 0 < angle < pi/2: the half opening angle between axis and face in radians. Degrees go through math.radians."
+Front = Annotated[float, an_angle("front", outside=_FACE, example="15 deg")]
+Back = Annotated[float, an_angle("back", outside=_FACE, example="25 deg")]
+Side = Annotated[float, an_angle("side", outside=_FACE, example="20 deg")]
 
 
 @overload
