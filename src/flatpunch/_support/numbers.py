@@ -120,6 +120,16 @@ def a_length(what: str, **more: Any) -> Number:
     return Number(what, "m", **{"above": 0.0, "example": "1 um", **more})
 
 
+def a_pressure(what: str, **more: Any) -> Number:
+    """A pressure, modulus or strength > 0 [Pa]."""
+    return Number(what, "Pa", **{"above": 0.0, "example": "5 kPa", **more})
+
+
+def a_time(what: str, **more: Any) -> Number:
+    """A time > 0 [s]."""
+    return Number(what, "s", **{"above": 0.0, "example": "0.5 s", **more})
+
+
 def a_curvature(what: str, **more: Any) -> Number:
     """A curvature > 0 [1/m]."""
     return Number(what, "1/m", **{"above": 0.0, "example": "0.05 1/um", **more})
@@ -273,6 +283,7 @@ Inclination = Annotated[
     an_angle(
         "inclination",
         about="between the surface and a face",
+        example="35 deg",
         outside="must lie in 0 < inclination < pi/2: the angle between surface and face in radians. Degrees go through "
         "math.radians; a half-opening angle t measured from the axis is pi/2 - t.",
     ),

@@ -19,10 +19,8 @@ from flatpunch._support.numbers import arguments
 from flatpunch._support.prefixes import text
 
 UNITS = {
-    **dict.fromkeys(
-        ("young", "modulus", "top", "bottom", "yield_stress", "tensile", "shear", "pressure", "traction"), "Pa"
-    ),
-    **dict.fromkeys(("interface_tension", "interface_shear", "young_in_plane", "young_axial"), "Pa"),
+    **dict.fromkeys(("young", "modulus", "top", "bottom", "shear", "pressure", "traction"), "Pa"),
+    **dict.fromkeys(("young_in_plane", "young_axial"), "Pa"),
     **dict.fromkeys(("thickness", "radius", "depth", "spacing", "reach", "depths", "apex", "center"), "m"),
     **dict.fromkeys(("Interface.normal", "Interface.shear"), "Pa/m"),
     "force": "N",

@@ -45,15 +45,11 @@ _LABELS = {
     "young": "Young's modulus",
     "poisson": "Poisson ratio",
     "bonded": "Lower face",
-    "tensile": "Tensile strength",
     "shear": "Shear modulus along z",
-    "strengths.shear": "Shear strength",
     "young_axial": "Young's modulus along z",
     "poisson_axial": "Poisson ratio along z",
     "layers.interface_normal": "Interface stiffness, normal",
     "layers.interface_shear": "Interface stiffness, shear",
-    "interface_tension": "Interface, tension",
-    "interface_shear": "Interface, shear",
 }
 
 
@@ -96,12 +92,12 @@ def page_tables() -> Plain:
     }
 
 
-def kinds_of(union: object) -> dict[str, type[Table]]:
-    """Tables of a union by the `kind` that chooses them; those that cannot be had without a file are left out."""
+def kinds_of(union: object, *, files: bool = False) -> dict[str, type[Table]]:
+    """Tables of a union by the `kind` that chooses them; without `files` those that need a file are left out."""
     found = {}
     for table in _members(union):
         (kind,) = get_args(table.model_fields["kind"].annotation)
-        if "file" not in table.model_fields or not table.model_fields["file"].is_required():
+        if files or "file" not in table.model_fields or not table.model_fields["file"].is_required():
             found[kind] = table
     return found
 

@@ -56,7 +56,7 @@ class Made(Table):
 def table_of(
     kind: str, section: str, ways: Sequence[Callable[..., Any]], base: type[Made] = Made, may: Collection[str] = ()
 ) -> type[Made]:
-    """The table of a kind, made of its constructors; `may` names fields that can be left out although they have no default."""
+    """The table of a kind, or of a section without kinds, made of its constructors; fields in `may` can be left out."""
     common = set.intersection(*(set(arguments(way)) for way in ways))
     found: dict[str, Any] = {
         name: _field(argument, optional=name not in common or name in may)
@@ -66,16 +66,17 @@ def table_of(
     }
     # sentences on the page are plain text
     about = (inspect.getdoc(ways[0]) or "").partition("\n")[0].replace("`", "")
-    name = f"{kind.title().replace('-', '')}Table"
-    tag: Any = (Literal[kind], ...)
-    table: type[Made] = create_model(name, __base__=base, __module__=__name__, __doc__=about, **{"kind": tag} | found)
-    table.section, table.ways, table.given = section, tuple(ways), frozenset(found)
+    name = f"{(kind or section).title().replace('-', '')}Table"
+    if kind:
+        found = {"kind": (Literal[kind], ...)} | found
+    table: type[Made] = create_model(name, __base__=base, __module__=__name__, __doc__=about, **found)
+    table.section, table.ways, table.given = section if kind else "", tuple(ways), frozenset(found)
     return table
 
 
 def own_fields(ways: Sequence[Callable[..., Any]]) -> list[list[str]]:
     """Arguments of each constructor that not all of them have."""
-    common = set.intersection(*(set(arguments(way)) for way in ways))
+    common = set.intersection(*(set(arguments(way)) for way in ways)) if ways else set()
     return [[name for name in arguments(way) if name not in common] for way in ways]
 
 
