@@ -8,6 +8,7 @@ import pytest
 from flatpunch.parallel import cluster as on_dask
 from flatpunch.parallel import solve_points
 from support import sample_points as functions
+from support.platforms import SIGNALS
 
 
 @pytest.fixture(scope="module")
@@ -22,6 +23,7 @@ def cluster():
         yield made
 
 
+@SIGNALS
 def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     marks, seen = str(tmp_path), []
     points = {x: (x, marks) for x in ("once", *range(20))}
@@ -38,6 +40,7 @@ def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     assert solve_points(functions.deadly, points, workers=1, store=store).fresh == 0
 
 
+@SIGNALS
 def test_a_point_that_costs_every_worker_is_given_up_and_takes_no_other_with_it(cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(
         cluster.scheduler, "allowed_failures", 0
