@@ -24,6 +24,9 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 from flatpunch import __version__  # noqa: E402
+from flatpunch.app.tables import kinds_of  # noqa: E402
+from flatpunch.files.tables.indenters import IndenterTable, WornTable  # noqa: E402
+from flatpunch.files.tables.made import own_fields  # noqa: E402
 from flatpunch.literature import bibliography  # noqa: E402
 
 project = "flatpunch"
@@ -108,6 +111,34 @@ class SettingsTable(SphinxDirective):
         return box.children
 
 
+def _listed(names: list[str]) -> str:
+    """Names of fields with commas between them."""
+    return ", ".join(f"`{name}`" for name in names)
+
+
+class TipsTable(SphinxDirective):
+    """`tips`: every kind of tip in case files with its fields, from the classes themselves."""
+
+    def run(self) -> list[nodes.Node]:
+        """What must be given comes first; what is done with the tip is in the text below the table."""
+        rows = ["| `kind` | fields | shape |", "|---|---|---|"]
+        for kind, table in kinds_of(IndenterTable, files=True).items():
+            known = {
+                name: info for name, info in table.model_fields.items() if name not in (*WornTable.model_fields, "kind")
+            }
+            ways = [names for names in own_fields(getattr(table, "ways", ())) if names]
+            either = [name for names in ways for name in names]
+            needed = [name for name, info in known.items() if info.is_required()]
+            more = [name for name in known if name not in (*needed, *either)]
+            parts = [_listed(needed), " or ".join(map(_listed, ways)), _listed(more)]
+            listed = "; ".join(part for part in parts if part)
+            about = " ".join((table.__doc__ or "").split()).replace("|", r"\|")
+            rows.append(f'| `"{kind}"` | {listed} | {about} |')
+        box = nodes.container()
+        self.state.nested_parse(StringList(rows, source="tips"), 0, box)
+        return box.children
+
+
 class NamesTable(SphinxDirective):
     """`names`: every public name with the version in which it came (public_names.toml), and what it is."""
 
@@ -173,6 +204,7 @@ def link_equations(app: Sphinx, docname: str, source: list[str]) -> None:
 def setup(app: Sphinx) -> None:
     """Equations and their numbers."""
     app.add_directive("settings", SettingsTable)
+    app.add_directive("tips", TipsTable)
     app.add_directive("names", NamesTable)
     app.add_directive("references", ReferencesTable)
     app.connect("source-read", link_equations)

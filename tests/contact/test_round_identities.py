@@ -247,10 +247,10 @@ def test_round_indenters_do_not_care_which_way_they_are_written():
 
 
 def test_general_round_path_agrees_with_the_power_law_path():
-    class Anonymous:
+    class Anonymous(fp.indenters.Indenter):
         """A paraboloid that does not say it is one."""
 
-        exponent, reach, corners, rings, round = None, np.inf, (), (), True
+        round = True
 
         def height(self, r, phi):
             return r**2 / (10 * H) + 0 * phi

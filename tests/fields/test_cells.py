@@ -157,3 +157,63 @@ def test_far_away_cells_act_like_a_disc():
     found, wanted = (fp.fields(BODY, each, s, 0.0, s / 2)["von_mises"] for each in (load, disc))
     # the load is as large as 3 by 2 cells: it counts like size/distance, at an angle to the surface
     np.testing.assert_array_less(abs(found / wanted - 1), 0.5e-6 / s)
+
+
+def far_points(size):
+    """Points at 3 to 3000 times a length from the origin, in all directions of the body."""
+    rng = np.random.default_rng(7)
+    away = size * np.geomspace(3, 3000, 40)
+    turn, down = rng.uniform(0, 2 * np.pi, 40), rng.uniform(0, np.pi / 2, 40)
+    return away * np.sin(down) * np.cos(turn), away * np.sin(down) * np.sin(turn), away * np.cos(down)
+
+
+def point_force_stress(x, y, z, nu):
+    """Stress (xx, yy, zz, yz, xz, xy) under a unit normal force on a half-space (Boussinesq)."""
+    r = np.sqrt(x**2 + y**2 + z**2)
+    plain, bent = 1 / (r * (r + z)), (2 * r + z) / (r**3 * (r + z) ** 2)
+    shear = 1 - 2 * nu
+    along = [3 * a * a * z / r**5 - shear * (z / r**3 - plain + a * a * bent) for a in (x, y)]
+    rest = [3 * z**3 / r**5, 3 * y * z * z / r**5, 3 * x * z * z / r**5, 3 * x * y * z / r**5 - shear * x * y * bent]
+    return -np.stack([*along, *rest]) / (2 * np.pi)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (4, 4), (3, 5), (9, 2), (33, 50)])
+def test_far_fields_are_those_of_point_forces(shape):
+    """1e-4 of the local stress at any distance; the stated error holds."""
+    h = 1e-7
+    pressure = 1e6 * np.random.default_rng(3).random(shape)
+    at = far_points(h * max(shape))
+    found = fp.fields(BODY, fp.PatchLoad(pressure, h), *at)
+    # six Gauss points along each side of a cell
+    nodes, weights = np.polynomial.legendre.leggauss(6)
+    gy, gx = (((np.arange(n)[:, None] - (n - 1) / 2 + nodes / 2) * h).ravel() for n in shape)
+    force = np.kron(pressure, np.outer(weights, weights) / 4) * h**2
+    exact = np.array(
+        [(point_force_stress(x - gx, y - gy[:, None], z, 0.3) * force).sum((1, 2)) for x, y, z in np.transpose(at)]
+    ).T
+    off = np.abs(found.stress.values - exact).max(0)
+    assert (off / np.abs(exact).max(0)).max() < 1e-4
+    assert off.max() < max(found.attrs["stress_error"], 1e-12) * pressure.max()
+
+
+@pytest.mark.parametrize("shape", [(1, 2), (3, 5)])
+def test_far_fields_in_a_film_are_those_of_discs_in_each_cell(shape):
+    """1e-3 of the local stress and displacement, under pressure and traction."""
+    pressure, h = np.kron(1e6 * np.random.default_rng(3).random(shape), np.ones((2, 2))), 5e-8
+    traction = pressure[::-1] / 2
+    ny, nx = pressure.shape
+    discs = [
+        fp.DiscLoad(
+            pressure[i, j],
+            h / np.sqrt(np.pi),
+            traction=traction[i, j],
+            center=((j - (nx - 1) / 2) * h, (i - (ny - 1) / 2) * h),
+        )
+        for i in range(ny)
+        for j in range(nx)
+    ]
+    at = far_points(h * nx)
+    exact, found = (fp.fields(FILM, load, *at) for load in (discs, fp.PatchLoad(pressure, h, traction=traction)))
+    for name, over in (("stress", "component"), ("displacement", "axis")):
+        off = np.abs(found[name] - exact[name]).max(over)
+        assert float((off / np.abs(exact[name]).max(over)).max()) < 1e-3

@@ -130,3 +130,27 @@ def test_few_panels_just_beyond_a_flat(beyond):
     # beside the flat g is that of its depth, (E*/pi) a tan(alpha) arccos(b/a)
     depth = np.tan(0.1) * load.radius * np.arccos(0.5 / load.radius)
     assert load.value(np.zeros(1))[0] == pytest.approx(depth / np.pi / 0.91, rel=1e-15 / beyond)
+
+
+def test_points_at_the_rim_have_no_stress():
+    """They count for nothing: neither for the error nor for the stresses beside them."""
+    medium, tip = fp.Medium([fp.Layer(50e6, 0.3, 1.0)], fp.HalfSpace(20e6, 0.3)), fp.Cylinder(radius=0.5)
+    x = np.array([0.0, 0.25, 0.5, -0.5, 0.75])
+    found = fp.fields(medium, tip, x, 0.0, 0.0, force=1e5, friction=0.2)
+    at_rim = np.abs(x) == 0.5
+    np.testing.assert_array_equal(np.isnan(found.stress).any("component"), at_rim)
+    np.testing.assert_array_equal(np.isnan(found.principal).any("order"), at_rim)
+    assert found.attrs["stress_error"] < 1e-9
+    assert "2 of 5 points have no stress, the first at x = 500 mm" in found.attrs["notes"]
+    alone = fp.fields(medium, tip, x[~at_rim], 0.0, 0.0, force=1e5, friction=0.2)
+    np.testing.assert_allclose(found.stress[:, ~at_rim], alone.stress, rtol=1e-12, atol=1e-12 * 1e5)
+    below = fp.fields(medium, tip, 0.5, 0.0, 1e-3, force=1e5)
+    assert np.isfinite(below.stress).all()
+
+
+def test_a_traction_that_jumps_has_no_stress_at_its_rim():
+    pressed, dragged = (
+        fp.fields(fp.HalfSpace(1e6, 0.3), fp.DiscLoad(1e5, 0.5, traction=t), 0.5, 0, 0) for t in (0.0, 1e4)
+    )
+    assert float(pressed.stress.sel(component="zz")) == pytest.approx(-5e4)
+    assert np.isnan(dragged.stress).all()

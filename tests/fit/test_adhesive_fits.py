@@ -119,7 +119,7 @@ def test_what_is_refused():
         fit(cycle, GEL, tip, [WORK])
     with pytest.raises(ValueError, match="segment = 'approach' does not go"):
         fit(cycle, GEL, tip, segment="approach", **adhesive)
-    with pytest.raises(ValueError, match="segment = 'retract' goes with work_of_adhesion"):
+    with pytest.raises(ValueError, match="segment = 'retract' does not go with this case; it is 'auto' or 'approach'"):
         fit(plain, GEL, tip, [YOUNG], segment="retract")
 
 

@@ -64,8 +64,6 @@ def test_old_names_warn():
     with pytest.warns(DeprecationWarning, match=r"Settings\(engine=...\) is deprecated .* use quick=True or False"):
         result = fit(curve, START, Sphere(3e-6), [YOUNG], engine="normal-equations")
     assert result.settings.quick
-    with pytest.warns(DeprecationWarning, match=r"use result.to_lmfit\(\).leastsq\(\)"):
-        assert "log_layers_0_young" in result.lmfit.params
     with pytest.warns(DeprecationWarning, match="engine"), pytest.raises(ValueError, match="engine"):
         fit(curve, START, Sphere(3e-6), [YOUNG], engine="emcee")
 

@@ -10,8 +10,7 @@ from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
 from flatpunch.fit import LogNormal, Normal, Uniform, fit, plan_scan, planned, read_fit_case
-from flatpunch.fit.case import plan_of
-from flatpunch.fit.describe import describe_fit
+from flatpunch.fit.case import describe_fit, plan_of
 from flatpunch.fit.parameters.scaling import replaced, value_of
 from flatpunch.indenters import Cone, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies

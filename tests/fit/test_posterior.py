@@ -9,13 +9,12 @@ from scipy.stats import binom, chisquare
 import flatpunch as fp
 from flatpunch.contact import indent
 from flatpunch.fit import Curve, LogNormal, Normal, Uniform, fit, fit_together
-from flatpunch.fit.elastic import ensemble
 from flatpunch.fit.fitting import setup_of
 from flatpunch.fit.models import bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Settings, as_free
 from flatpunch.fit.report import sampling
-from flatpunch.fit.report.log_posterior import Quadratic
+from flatpunch.fit.report.log_posterior import Quadratic, residuals_of_many
 from flatpunch.indenters import Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from support.synthetic_curves import synthetic
@@ -61,7 +60,7 @@ def test_residuals_of_many_vectors_are_those_of_each(spring, rtol, baseline):
     start = setup.start()
     x = start + 0.02 * np.random.default_rng(3).normal(size=(7, start.size))
     one = np.ones(7)
-    many = ensemble.residuals(setup.objective, x, one, one)
+    many = residuals_of_many(setup.objective, x, one, one)
     each = np.array([setup.objective.evaluate(row)[0] for row in x])
     np.testing.assert_allclose(many, each, atol=rtol * np.abs(each).max(), rtol=0)
 
@@ -71,7 +70,7 @@ def test_residuals_with_another_calibration_are_those_of_the_other_curve():
     spring, more, less = 0.05, 1.1, 0.95
     result = fit(replace(CURVE, spring_constant=spring), GEL, BEAD, [YOUNG], quick=True)
     objective, x = result.objective, result.minimum.x + 0.03
-    found = ensemble.residuals(objective, x[None], np.array([more]), np.array([less]))[0]
+    found = residuals_of_many(objective, x[None], np.array([more]), np.array([less]))[0]
     gain = more * less
     depth = objective.position - less * objective.force / spring
     other = replace(objective, depth=depth, force=gain * objective.force, spring=more * spring, _before={})

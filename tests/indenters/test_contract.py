@@ -257,8 +257,8 @@ def test_harmonics_build_the_function_up_again(tip):
 
 
 def test_general_profiles_get_enough_angles():
-    class Peaked:
-        exponent, reach, corners, rings, round = None, 1.0, (), (), False
+    class Peaked(Indenter):
+        reach = 1.0
 
         def height(self, r, phi):
             return r**2 * (1 + r / (1.02 - np.cos(phi)))

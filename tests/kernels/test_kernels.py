@@ -159,7 +159,7 @@ def test_tuples():
 
 
 def test_bad_input():
-    with pytest.raises(ValueError, match="qx has values that are not finite"):
+    with pytest.raises(ValueError, match=r"qx\[0\] = nan must be finite"):
         kernels.surface_compliance(FILM, [np.nan], 0.0)
     with pytest.raises(ValueError, match="both zero"):
         kernels.interior(FILM, 0.0, 0.0, 1.0)
@@ -187,3 +187,27 @@ print(sorted(n for n in names if n.split(".")[0] in ("scipy", "xarray", "pandas"
     assert out[0] == "['flatpunch']"
     assert out[1].startswith("[] ")
     assert float(out[1].split()[-1]) < 0.3  # 10 to 20 ms on an idle machine
+
+
+@pytest.mark.parametrize("magnitude", [2e-50, 1e-20, 1e6, 1e30, 9e49])
+@pytest.mark.parametrize("medium", [fp.HalfSpace(1e9, 0.3), ([(5e3, 0.3, 2e-6)], None)], ids=["half-space", "layer"])
+def test_all_wave_vectors_that_are_accepted(medium, magnitude):
+    """The compliance of `normal_compliance`, and a stiffness that is its inverse, without a warning of NumPy."""
+    q = 0.6 * magnitude, 0.8 * magnitude
+    c, s = kernels.surface_compliance(medium, *q), kernels.surface_stiffness(medium, *q)
+    assert c[2, 2].real == pytest.approx(float(kernels.normal_compliance(medium, np.hypot(*q))), rel=1e-12)
+    np.testing.assert_allclose(s @ c, np.eye(3), atol=1e-12)
+
+
+@pytest.mark.parametrize("magnitude", [1e-170, 1e-51, 1e51, 1e155])
+def test_wave_vectors_out_of_range(magnitude):
+    body = fp.HalfSpace(1e9, 0.3)
+    for refused in (
+        kernels.surface_compliance,
+        kernels.surface_stiffness,
+        lambda m, x, y: kernels.interior(m, x, y, 1e-6),
+    ):
+        with pytest.raises(ValueError, match=r"qx and qy = .* must be a wave vector of 1e-50 to 1e\+50 1/m"):
+            refused(body, magnitude, 0.0)
+    with pytest.raises(ValueError, match=r"q = .* must be a wave vector"):
+        kernels.normal_compliance(body, magnitude)

@@ -119,15 +119,11 @@ def test_scaling_of_lengths_moduli_and_slopes(length: float, modulus: float, slo
 
 
 @dataclass(frozen=True)
-class ShiftedParaboloid:
+class ShiftedParaboloid(fp.indenters.Indenter):
     """Paraboloid of unit radius whose apex lies at x = shift."""
 
     shift: float
-    exponent = None
     reach = 10.0
-    corners = ()
-    rings = ()
-    round = False
 
     def height(self, r: np.ndarray, phi: np.ndarray) -> np.ndarray:
         return ((r * np.cos(phi) - self.shift) ** 2 + (r * np.sin(phi)) ** 2) / 2

@@ -24,7 +24,7 @@ MEDIA = {
 
 
 @dataclass(frozen=True)
-class Disguised:
+class Disguised(fp.indenters.Indenter):
     """A tip that hides what it is: whether it is round, and whether it is a power law."""
 
     tip: Any

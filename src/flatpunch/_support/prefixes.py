@@ -24,6 +24,10 @@ def readable(largest: float, unit: str) -> tuple[float, str]:
 
 
 def text(value: float, unit: str) -> str:
-    """Return a value as people read it: 1.2e-06, "m" gives "1.2 µm"."""
-    factor, prefixed = readable(value, unit)
+    """Return a value as people read it: 1.2e-06, "m" gives "1.2 µm"; angles are in degrees."""
+    if not math.isfinite(value):
+        return str(value)
+    if unit == "rad":
+        return f"{math.degrees(value):.4g} deg"
+    factor, prefixed = readable(value, unit) if unit else (1.0, "")
     return f"{value * factor:.4g} {prefixed}".rstrip()

@@ -11,29 +11,22 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from html import escape
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
+from flatpunch._support.numbers import arguments
 from flatpunch._support.prefixes import text
 
 UNITS = {
-    **dict.fromkeys(
-        ("young", "modulus", "top", "bottom", "yield_stress", "tensile", "shear", "pressure", "traction"), "Pa"
-    ),
-    **dict.fromkeys(("interface_tension", "interface_shear", "young_in_plane", "young_axial"), "Pa"),
-    **dict.fromkeys(("thickness", "radius", "depth", "height_removed", "half_x", "half_y", "half_z", "spacing"), "m"),
-    **dict.fromkeys(("height_at_axes", "unit", "smoothing", "reach", "depths", "apex", "center"), "m"),
-    **dict.fromkeys(("AreaFunction.limit", "AreaFunction.start"), "m"),
-    **dict.fromkeys(("RadialProfile.r", "RadialProfile.f", "RadialProfile.kinks"), "m"),
+    **dict.fromkeys(("young", "modulus", "top", "bottom", "shear", "pressure", "traction"), "Pa"),
+    **dict.fromkeys(("young_in_plane", "young_axial"), "Pa"),
+    **dict.fromkeys(("thickness", "radius", "depth", "spacing", "reach", "depths", "apex", "center"), "m"),
     **dict.fromkeys(("Interface.normal", "Interface.shear"), "Pa/m"),
-    **dict.fromkeys(("Roller.length", "crown", "end_radius", "half_width", "corner_radius"), "m"),
-    **dict.fromkeys(("A", "B"), "1/m"),
     "force": "N",
     **dict.fromkeys(("time", "times"), "s"),
-    **dict.fromkeys(("inclination", "inclinations", "tilt_x", "tilt_y", "directions"), "rad"),
 }
-"""SI units of fields by their names; with their class where others use the name for something else."""
+"""SI units of fields that are not declared, by their names; with their class where others use the name for something else."""
 
 _LISTED = 4
 """Longest sequence that is written in full."""
@@ -97,7 +90,7 @@ def table_of(thing: object) -> Table:
         found: Table = own()
         return found
     title = type(thing).__name__
-    rows = tuple((f.name, quantity_of(f"{title}.{f.name}", getattr(thing, f.name))) for f in _fields(thing))
+    rows = tuple((f.name, quantity_of(getattr(thing, f.name), unit_of(thing, f.name))) for f in _fields(thing))
     return Table(title, (), rows)
 
 
@@ -121,9 +114,17 @@ def html_of(thing: object) -> str:
     return f"<div><b>{escape(table.title)}</b><table>{head}{body}</table>{notes}</div>"
 
 
-def quantity_of(name: str, value: object) -> str:
-    """A field of this name in words, with the unit that its name implies."""
-    unit = UNITS.get(name, UNITS.get(name.rpartition(".")[2], ""))
+def unit_of(thing: object, name: str) -> str:
+    """SI unit of a field of an object, empty without one."""
+    owner: Any = type(thing)
+    declared = arguments(owner).get(name)
+    if declared is not None and declared.number is not None:
+        return declared.number.unit or ""
+    return UNITS.get(f"{owner.__name__}.{name}", UNITS.get(name, ""))
+
+
+def quantity_of(value: object, unit: str) -> str:
+    """The value of a field in words."""
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
     if isinstance(value, (float, np.floating)):
@@ -132,7 +133,7 @@ def quantity_of(name: str, value: object) -> str:
         # 1/m takes no prefix: that of its denominator would be another one
         return f"{value:.6g} {unit}".rstrip() if unit in ("", "1/m") or not value else text(float(value), unit)
     if isinstance(value, (tuple, np.ndarray)) and len(value) <= _LISTED:
-        return ", ".join(quantity_of(name, entry) for entry in value) or "none"
+        return ", ".join(quantity_of(entry, unit) for entry in value) or "none"
     return _short(value)
 
 

@@ -1,7 +1,7 @@
 """What the page asks for: the fields of the tables of case files, with the kind of each, and a value to begin with.
 
-The tables of `files.tables` are the only place where fields are listed. A new indenter or base is on the page when it has a table
-there; only the value that the page proposes may need a line in `_PROPOSED`.
+The tables of `files.tables` are the only place where fields are listed. Those of tips are made of their classes, whose fields
+are declared with their names in words and the values that the page proposes: a new indenter is on the page by itself.
 """
 
 from __future__ import annotations
@@ -15,9 +15,11 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
+from flatpunch._support.numbers import Number
 from flatpunch._support.paths import Plain
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.indenters import IndenterTable
+from flatpunch.files.tables.made import Made
 from flatpunch.files.tables.media import BaseTable, LayerTable
 from flatpunch.files.tables.stress import StrengthTable
 
@@ -25,37 +27,15 @@ _PROPOSED = {
     "young": "5 kPa",
     "poisson": "0.5",
     "thickness": "1.2 um",
-    "radius": "5 um",
-    "sides": "4",
-    "half_opening_angle": "35 deg",
-    "radius_x": "20 um",
-    "radius_y": "12 um",
-    "front": "15 deg",
-    "back": "25 deg",
-    "side": "20 deg",
-    "half_x": "10 um",
-    "half_y": "6 um",
-    "half_z": "5 um",
-    "height_at_axes": "1 um",
-    "length": "20 um",
-    "half_width": "5 um",
-    "corner_radius": "1 um",
-    "coefficients": "[24.5, 3.0]",
-    "unit": "1 um",
-    "limit": "5 um",
-    "exponent": "2",
-    "height": "1 um",
+    "exponent": "0.3",
     "modulus": "5 kPa",
     "depth": "1 um",
-    "r": '["0 um", "1 um", "2 um", "3 um"]',
-    "f": '["0 nm", "100 nm", "400 nm", "900 nm"]',
 }
-"""Values that the page proposes for fields that a case needs; all tips with them are solved by a test."""
+"""Values that the page proposes for numbers of media that a case needs; those of tips are declared with their fields."""
 
 _PROPOSED_OF = {
     "base.half-space.young": "70 GPa",
     "base.half-space.poisson": "0.22",
-    "base.power-law-half-space.exponent": "0.3",
 }
 
 _LEFT_OUT = {"kind", "file"}
@@ -65,19 +45,11 @@ _LABELS = {
     "young": "Young's modulus",
     "poisson": "Poisson ratio",
     "bonded": "Lower face",
-    "A": "Curvature A",
-    "B": "Curvature B",
-    "tensile": "Tensile strength",
     "shear": "Shear modulus along z",
-    "strengths.shear": "Shear strength",
     "young_axial": "Young's modulus along z",
     "poisson_axial": "Poisson ratio along z",
     "layers.interface_normal": "Interface stiffness, normal",
     "layers.interface_shear": "Interface stiffness, shear",
-    "interface_tension": "Interface, tension",
-    "interface_shear": "Interface, shear",
-    "r": "Radii r",
-    "f": "Heights f",
 }
 
 
@@ -120,12 +92,12 @@ def page_tables() -> Plain:
     }
 
 
-def kinds_of(union: object) -> dict[str, type[Table]]:
-    """Tables of a union by the `kind` that chooses them; those that cannot be had without a file are left out."""
+def kinds_of(union: object, *, files: bool = False) -> dict[str, type[Table]]:
+    """Tables of a union by the `kind` that chooses them; without `files` those that need a file are left out."""
     found = {}
     for table in _members(union):
         (kind,) = get_args(table.model_fields["kind"].annotation)
-        if "file" not in table.model_fields or not table.model_fields["file"].is_required():
+        if files or "file" not in table.model_fields or not table.model_fields["file"].is_required():
             found[kind] = table
     return found
 
@@ -133,15 +105,23 @@ def kinds_of(union: object) -> dict[str, type[Table]]:
 def asked(table: type[Table], prefix: str) -> list[Asked]:
     """Fields of a table; `prefix` names the section, and its kind if it has kinds."""
     found = []
+    begins = table.proposed() if issubclass(table, Made) else set()
     for name, info in table.model_fields.items():
         if name in _LEFT_OUT:
             continue
         kind, example, choices = _how(info)
-        needed = info.is_required() or name in _either_or(table)
-        value = _PROPOSED_OF.get(f"{prefix}.{name}", _PROPOSED.get(name, "")) if needed else ""
+        number = next((note for note in info.metadata if isinstance(note, Number)), None)
+        needed = info.is_required() or name in begins
+        proposed = number.example if number else _PROPOSED_OF.get(f"{prefix}.{name}", _PROPOSED.get(name, ""))
+        value = proposed if needed else ""
         if kind == "switch" and info.default is not PydanticUndefined and info.default is not None:
             value = "true" if info.default else "false"
-        label = _LABELS.get(f"{prefix}.{name}") or _LABELS.get(name) or name.replace("_", " ").capitalize()
+        label = (
+            number.what
+            if number
+            else _LABELS.get(f"{prefix}.{name}") or _LABELS.get(name) or name.replace("_", " ").capitalize()
+        )
+        label = label[:1].upper() + label[1:]
         found.append(Asked(name, label, kind, value, example, choices))
     return found
 
@@ -154,11 +134,6 @@ def _kinds(union: object, section: str) -> Plain:
         }
         for kind, table in kinds_of(union).items()
     }
-
-
-def _either_or(table: type[Table]) -> set[str]:
-    """Fields of which one of several must be given; the page begins with these."""
-    return {"half_opening_angle", "radius_x", "radius_y", "r", "f"} & set(table.model_fields)
 
 
 def _members(union: Any) -> Iterator[type[Table]]:

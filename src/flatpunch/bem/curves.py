@@ -32,7 +32,7 @@ from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliance import Kernel
-from flatpunch.indenters.profile import Indenter, has_parts
+from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
@@ -259,7 +259,7 @@ def _hints(half_widths: ArrayLike | None, centers: ArrayLike | None, steps: int)
 
 def _extent(course: _Course, step: _Step, height: Height, **prescribed: float) -> tuple[Extent, bool]:
     """Box of a contact, and whether it is one that was only hinted at."""
-    if has_parts(course.indenter):
+    if course.indenter.has_parts:
         return _around_parts(course, height, **prescribed), False
     first = step.hint or _first_extent(course.kernel, course.indenter, **prescribed)
     hinted = step.hint is not None and not step.searched
@@ -272,7 +272,7 @@ def _around_parts(course: _Course, height: Height, *, depth: float | None = None
     The depth of a force is first found on the whole tip.
     """
     box = course.indenter
-    assert has_parts(box)
+    assert box.has_parts
     if force is not None:
         whole = Levels(course.kernel, Extent(*box.box(np.inf)).grid(DEFAULT_CELLS // 2, force=force))
         guess = typical_depth(height, whole.grid, force / course.kernel.modulus)
@@ -288,7 +288,7 @@ def _with_all_parts(
 ) -> tuple[Levels, State, Effort]:
     """The solution, or one on a larger grid where the depth found for a force reaches parts of the tip beyond the grid."""
     box = course.indenter
-    if not has_parts(box) or course.by_depth or not growths:
+    if not box.has_parts or course.by_depth or not growths:
         return levels, state, effort
     extent, grid = Extent(*box.box(state.depth * levels.grid.spacing)), levels.grid
     inside = all(

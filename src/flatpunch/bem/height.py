@@ -9,7 +9,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch.bem.grid import Grid, Mask
-from flatpunch.indenters.profile import Indenter, reach_along
+from flatpunch.indenters.profile import Indenter
 
 Height = Callable[[Grid], Array]
 
@@ -26,7 +26,7 @@ class IndenterHeight:
 
     def at(self, r: Array, phi: Array) -> Array:
         """Heights at polar coordinates (r, phi) of equal shape."""
-        reach = reach_along(self.indenter, phi)
+        reach = self.indenter.reach_along(phi)
         height = np.array(self.indenter.height(np.minimum(r, reach), phi), dtype=float)
         height[r > reach] = np.inf
         return height
@@ -53,7 +53,7 @@ class PunchHeight:
 def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]:
     """Half-widths of the bounding box of f < depth about the origin [m]: where the tip would cut a rigid surface."""
     phi = _directions()
-    radii = _crossing(lambda r, phi: _finite(indenter, r, phi) - depth, reach_along(indenter, phi), phi)
+    radii = _crossing(lambda r, phi: _finite(indenter, r, phi) - depth, indenter.reach_along(phi), phi)
     return _box(radii, phi)
 
 

@@ -81,8 +81,7 @@ def check(case: CaseFile) -> None:
     """
     from flatpunch.files import describe, read_case
     from flatpunch.files.cases import is_fit_case
-    from flatpunch.fit.case import read_fit_case
-    from flatpunch.fit.describe import describe_fit
+    from flatpunch.fit.case import describe_fit, read_fit_case
 
     lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
     for line in lines:

@@ -175,12 +175,13 @@ def _fit_together(
 
 
 def _say_profiles(result: FitResult) -> None:
-    from flatpunch.fit.report.quantities import label, quantity, unit_of
+    from flatpunch._support.prefixes import text
+    from flatpunch.fit.report.quantities import label, unit_of
 
     for name in result.shared:
         found = result.profile(name)
         unit = unit_of(name)
-        say(f"  {label(name):<24} profile: {quantity(found.low, unit)} .. {quantity(found.high, unit)}")
+        say(f"  {label(name):<24} profile: {text(found.low, unit)} .. {text(found.high, unit)}")
 
 
 def _posterior(result: FitResult, case: FitCase, path: Path, style: str) -> None:
@@ -257,8 +258,7 @@ def _fit_folder(
     from dataclasses import replace
 
     from flatpunch.fit.batch import Batch, fit_rows
-    from flatpunch.fit.places import files_in, listed
-    from flatpunch.fit.records import Records
+    from flatpunch.fit.places import Records, files_in, listed
 
     items = listed(files_in(folder) if is_folder(folder) else [folder], case.reading)
     settings = replace(case.settings, quick=True)
@@ -303,15 +303,16 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
     import numpy as np
     from scipy.special import ndtr
 
-    from flatpunch.fit.report.quantities import label, quantity, unit_of
+    from flatpunch._support.prefixes import text
+    from flatpunch.fit.report.quantities import label, unit_of
 
     say(f"{len(batch.rows) - len(batch.failed)} of {len(batch.rows)} curves fitted")
     for name in case.free:
         values = batch.trusted(name)
         if np.isfinite(values).any():
-            low, high = (quantity(float(v), unit_of(name)) for v in np.nanquantile(values, ndtr([-1, 1])))
+            low, high = (text(float(v), unit_of(name)) for v in np.nanquantile(values, ndtr([-1, 1])))
             median = batch.median(name)
-            middle, *ends = (quantity(v, unit_of(name)) for v in (median.value, median.low, median.high))
+            middle, *ends = (text(v, unit_of(name)) for v in (median.value, median.low, median.high))
             within = f" (95 % in {ends[0]} .. {ends[1]})" if np.isfinite(median.low) else ""
             say(f"  {label(name):<20} median {middle}{within}, middle two thirds {low} .. {high}")
     for row in batch.failed:

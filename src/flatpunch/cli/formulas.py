@@ -82,7 +82,7 @@ def _correct(case: Path, given: Plain, output: Path | None, plot: Path | None, s
     found = correct(medium=loaded.medium, indenter=loaded.indenter, method=loaded.settings.method, **arguments)
     say(str(found))
 
-    picture = drawn("fit.half_space.pictures:correction_figure", found, title=loaded.title, style=style)
+    picture = drawn("fit.pictures:correction_figure", found, title=loaded.title, style=style)
     _write(output, plot, found.dataset, found.to_csv, picture)
 
 
@@ -98,7 +98,7 @@ def _compare(case: Path, output: Path | None, plot: Path | None, style: str) -> 
     for line in table.notes:
         say(f"Note: {line}")
 
-    picture = drawn("fit.half_space.pictures:comparison_figure", found, title=loaded.title, style=style)
+    picture = drawn("fit.pictures:comparison_figure", found, title=loaded.title, style=style)
     _write(output, plot, lambda: found, lambda: comparison_csv(found), picture)
 
 

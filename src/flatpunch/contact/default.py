@@ -21,9 +21,8 @@ from flatpunch.contact.methods import (
     exactly_solved,
 )
 from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
-from flatpunch.indenters import Cylinder
-from flatpunch.indenters.profile import Indenter, check_rising, is_rising
-from flatpunch.media import Body, FreeLayer
+from flatpunch.indenters.profile import Indenter, check_rising
+from flatpunch.media import Body, underlying
 
 if TYPE_CHECKING:
     pass
@@ -93,7 +92,7 @@ ELLIPSE = "exact (elliptic paraboloid)"
 
 def series_of(indenter: Indenter) -> Exact | SecondOrder | FourthOrder | BoundaryElements:
     """The fast method that is closest for a shape, whatever the medium; boundary elements where none applies."""
-    if not is_rising(indenter):
+    if not indenter.rising:
         return BoundaryElements()
     if indenter.round:
         return Exact()
@@ -102,7 +101,7 @@ def series_of(indenter: Indenter) -> Exact | SecondOrder | FourthOrder | Boundar
 
 def default_method(
     indenter: Indenter,
-    medium: Body | FreeLayer | None = None,
+    medium: Body | None = None,
     *,
     depth: Values | None = None,
     force: Values | None = None,
@@ -135,7 +134,7 @@ def default_method(
 
 def default_choice(
     indenter: Indenter,
-    medium: Body | FreeLayer,
+    medium: Body,
     *,
     depth: Values | None = None,
     force: Values | None = None,
@@ -156,7 +155,7 @@ def default_choice(
     exact exact (round tip)
     """
     control = control_from(depth=depth, force=force, radius=radius)
-    if isinstance(medium, FreeLayer):
+    if underlying(medium).free:
         return LIFTS_OFF
     return choose(compliance(medium), indenter, control, np.zeros(1))
 
@@ -171,7 +170,7 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
     are closer.
     """
     series = series_of(indenter)
-    if control.name == "depth" and control.values.max(initial=0.0) > getattr(indenter, "elsewhere", np.inf):
+    if control.name == "depth" and control.values.max(initial=0.0) > indenter.elsewhere:
         return Choice(BoundaryElements(), "parts of the map far from its apex are lower than the depth", quick=False)
     if isinstance(series, BoundaryElements):
         return Choice(series, "the tip does not rise from one apex in every direction", quick=False)
@@ -251,4 +250,4 @@ def solver_of(method: Method, indenter: Indenter) -> Method:
     """
     if not isinstance(method, BoundaryElements):
         check_rising(indenter)
-    return Exact() if isinstance(indenter, Cylinder) else method
+    return Exact() if indenter.flat else method

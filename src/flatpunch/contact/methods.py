@@ -21,7 +21,6 @@ from flatpunch._support.readable import readable
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import FORCE_ERROR, Control, Curve
 from flatpunch.contact.pressure_field import PressureField, superposed
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
 if TYPE_CHECKING:
@@ -324,7 +323,7 @@ class Exact(_Method):
         from flatpunch.contact.perturbation import first_order
         from flatpunch.contact.round import cylinder
 
-        if isinstance(indenter, Cylinder):
+        if indenter.flat:
             return cylinder.solve(kernel, indenter, control, phi)
         if indenter.round:
             return first_order.solve(kernel, indenter, control, phi)
@@ -336,7 +335,7 @@ class Exact(_Method):
         from flatpunch.contact import ellipse
         from flatpunch.contact.round import cylinder
 
-        if isinstance(indenter, Cylinder):
+        if indenter.flat:
             return PressureField(*cylinder.pressure(kernel, indenter, control, r))
         if indenter.round:
             return _round_pressure(kernel, indenter, control, r)

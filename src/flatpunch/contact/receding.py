@@ -32,9 +32,8 @@ from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.profile import Moments
 from flatpunch.contact.round.round_contact import RoundContact
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import FreeLayer, HalfSpace
+from flatpunch.media import FreeLayer
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import edge_signs
 from flatpunch.punch.wavenumbers import spherical_bessel
@@ -135,16 +134,16 @@ class _Plate:
 def solve(medium: FreeLayer, indenter: Indenter, control: Control, phi: Array) -> Curve:
     """Round tips and flat punches at depths, forces or radii, with `base_radius` and the estimated error of the force."""
     h, modulus = medium.thickness, medium.surface_modulus
-    softness = modulus / medium.base.surface_modulus if isinstance(medium.base, HalfSpace) else 0.0
+    softness = modulus * medium.base.softest
     plate, finer = _Plate(softness), _Plate(softness, _MORE)
     depths = depths_held_down(medium, indenter, control)
-    if isinstance(indenter, Cylinder):
-        b, _, stiffness = plate.contact(indenter.radius / h, None, None)
-        error = abs(stiffness / finer.contact(indenter.radius / h, None, None)[2] - 1)
+    if indenter.flat:
+        b, _, stiffness = plate.contact(indenter.reach / h, None, None)
+        error = abs(stiffness / finer.contact(indenter.reach / h, None, None)[2] - 1)
         k = stiffness * modulus * h
         depth = control.values if control.name == "depth" else control.values / k
         ones = np.ones_like(depth)
-        return _curve(phi, depth, k * depth, indenter.radius * ones, k * ones, b * h * ones, error)
+        return _curve(phi, depth, k * depth, indenter.reach * ones, k * ones, b * h * ones, error)
     live = control.values > 0
     # where depth or force are given, those of the layer that lifts off lie well within
     x = np.log(_solved_depths(medium, indenter, depths, 1.1 if control.name == "radius" else 1.5))
@@ -169,12 +168,12 @@ def solve(medium: FreeLayer, indenter: Indenter, control: Control, phi: Array) -
 
 def depths_held_down(medium: FreeLayer, indenter: Indenter, control: Control) -> Array:
     """Depths of the steps on a layer that is held down [m], which differ by some per cent; refuses what cannot be solved."""
-    if isinstance(indenter, Cylinder):
+    if indenter.flat:
         if control.name == "radius":
             raise ValueError(
                 "radius cannot control a cylinder, whose contact radius never changes. Give depth or force."
             )
-        widest, depths = indenter.radius, control.values
+        widest, depths = indenter.reach, control.values
     else:
         held = _held_down(medium, indenter, control)
         widest, depths = float(held.radius.max()), held.depth

@@ -21,7 +21,6 @@ from flatpunch.contact.limits import deepest
 from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.cells import Cells
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
 
@@ -129,7 +128,7 @@ def contact_sources(contact: Contact, friction: float) -> tuple[list[Source], Pl
     about = solved(contact)
     if not about["radius"] > 0:
         return [Nothing()], about
-    edge = contact.work is not None or isinstance(contact.indenter, Cylinder)
+    edge = contact.work is not None or contact.indenter.flat
     make = partial(contact_load, contact.kernel, contact.indenter, about["radius"], about["depth"], edge=edge)
     load = make()
     # the force of the contact is known from moments of the tip, by another road

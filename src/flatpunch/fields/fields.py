@@ -23,19 +23,20 @@ from flatpunch._support.checks import (
     values,
 )
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import Method, MethodName
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.fields.bodies import Layered, Located, Side, Solid, located
+from flatpunch.fields.bodies import Located, Side, located
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.loads import Load
 from flatpunch.fields.sources import Source, prescribed_sources
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, Medium, underlying
+from flatpunch.media import Body, Stack, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,9 +98,10 @@ def fields(
     Returns
     -------
     xarray.Dataset
-        Over the broadcast points: stress(component: xx, yy, zz, yz, xz, xy) [Pa, tension positive], displacement(axis) [m],
-        von_mises, principal(order, largest first), max_shear, hydrostatic [Pa], layer. Attributes say what was solved;
-        `stress_error` is the error over the size of the pressure, from a second calculation by other rules.
+        Over the broadcast points: stress(component: xx, yy, zz, yz, xz, xy) [Pa, tension positive; NaN at a rim where it is
+        infinite], displacement(axis) [m], von_mises, principal(order, largest first), max_shear, hydrostatic [Pa],
+        layer. Attributes say what was solved; `stress_error` is the error over the size of the pressure, from a
+        second calculation by other rules.
 
     Raises
     ------
@@ -145,8 +147,11 @@ def fields(
         layer[part.chosen] = part.layer
         if residual is not None:
             stress[:2, part.chosen] += residual[part.layer]
+    said = [solved.get("notes", ""), _at_singular_points(points, stress)]
     if friction > 0 and any(_slides(part.body) for part in parts):
-        solved["notes"] = "\n".join(filter(None, [solved.get("notes", ""), _SHIFT]))
+        said.append(_SHIFT)
+    if any(said):
+        solved["notes"] = "\n".join(filter(None, said))
     attributes = {
         "title": "Fields computed by flatpunch",
         **solved,
@@ -175,8 +180,20 @@ _SHIFT = (
 )
 
 
-def _slides(body: Solid) -> bool:
-    return isinstance(body, Medium) and not all(layer.bonded for layer in body.layers)
+def _at_singular_points(points: Array, stress: Array) -> str:
+    """Note on points without a stress; empty where all have one."""
+    none = np.isnan(stress).any(axis=0)
+    if not none.any():
+        return ""
+    x, y, _ = points[:, int(np.argmax(none))]
+    return (
+        f"{int(none.sum())} of {none.size} points have no stress, the first at x = {text(float(x), 'm')}, y = "
+        f"{text(float(y), 'm')}: there it is infinite, at the rim of a load."
+    )
+
+
+def _slides(body: Stack) -> bool:
+    return not all(layer.face for layer in body.layers)
 
 
 def evaluate(
@@ -215,12 +232,12 @@ def residual_stresses(medium: Body, given: Sequence[float] | None) -> Array | No
     """Biaxial stress of each layer and the base, shape (layers + 1,)."""
     if given is None:
         return None
-    body = underlying(medium)
-    if not isinstance(body, Layered):
+    body = underlying(medium).single
+    if not body or body.power_law:
         raise ValueError(
             "residual_stress goes with one Medium or HalfSpace; of other bodies add it to xx and yy of the result."
         )
-    layers = len(body.layers) if isinstance(body, Medium) else 0
+    layers = len(body.layers)
     stresses = values("residual_stress", given, minimum=-np.inf, unit="Pa", smallest=0.0)
     if stresses.size not in (layers, layers + 1):
         raise ValueError(

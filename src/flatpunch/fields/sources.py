@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array, Flags
 from flatpunch.fields.axisymmetric.panels import REACH, SECOND_REACH, missing
 from flatpunch.fields.axisymmetric.round_load import RoundLoad, round_fields
 from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
@@ -64,6 +64,7 @@ class RoundSource:
         x, y = x - self.center[0], y - self.center[1]
         stress, displacement = self._at(self.load, at, x, y, direction, REACH)
         r = np.hypot(x, y)
+        stress[:, self._singular(r, at.depth)] = np.nan
         orders = np.hypot(r - self.load.radius, at.depth), np.hypot(r, at.depth), -np.abs(stress).max(axis=0)
         first = [np.argsort(each, kind="stable")[:_CHECKED] for each in orders]
         spread = np.linspace(0, x.size - 1, _CHECKED).astype(int)
@@ -77,6 +78,12 @@ class RoundSource:
         # infinite stresses agree
         error = float(apart[np.isfinite(apart)].max(initial=0.0))
         return stress, displacement, _ROUNDING + self.own_error + (error / size if size > 0 else 0.0)
+
+    def _singular(self, r: Array, depth: Array) -> Flags:
+        """Points of the surface at a ring of infinite stress: of infinite pressure, or where a traction jumps."""
+        rings = [edge.radius for edge in self.load.edges if edge.power < 0 or (edge.power == 0 and self.traction)]
+        at_ring = np.isclose(r[:, None], rings, rtol=ROUNDING, atol=0.0).any(axis=1)
+        return np.asarray(at_ring & (depth <= ROUNDING * self.load.radius))
 
     def _at(
         self, load: RoundLoad, at: Located, x: Array, y: Array, direction: float, reach: float

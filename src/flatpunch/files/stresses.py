@@ -16,7 +16,7 @@ from flatpunch.files.cases import Case
 from flatpunch.files.tables.stress import StressCase
 from flatpunch.files.units import text
 from flatpunch.indenters.profile import NotRising
-from flatpunch.media import Medium, RigidBase, underlying
+from flatpunch.media import underlying
 from flatpunch.punch import UnresolvedLayer
 
 if TYPE_CHECKING:
@@ -120,10 +120,10 @@ def _extent(case: Case, contact: Plain) -> tuple[float, float]:
         raise ValueError(
             "the last step has no contact, so there are no stresses to show. Give a larger depth or force."
         )
-    body = underlying(case.medium)
-    thickness = body.thickness if isinstance(body, Medium) else 0.0
+    body = underlying(case.medium).single
+    thickness = body.thickness if body else 0.0
     deep = max(2.5 * radius, min(1.5 * thickness, 10 * radius))
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+    if body and body.base.rigid:
         deep = min(deep, thickness)
     return 3 * radius, deep
 
@@ -209,7 +209,8 @@ def stress_rows(found: Stresses) -> list[list[str]]:
         row = [(f"{body} " if body else "") + str(i + 1)]
         for name in ("von_mises", "tension"):
             x, _, z = (text(float(each), "m") for each in peaks[f"{name}_place"].values[n])
-            row += [_stress(float(peaks[name].values[n])), f"{x}, {z}"]
+            shown = _stress(float(peaks[name].values[n]))
+            row += [shown, "" if shown == _NONE else f"{x}, {z}"]
         face = faces.get((body, i))
         for name in ("interface_tension", "interface_shear"):
             row.append("" if face is None else _stress(float(peaks[name].values[face])))
@@ -217,8 +218,12 @@ def stress_rows(found: Stresses) -> list[list[str]]:
     return rows
 
 
+_NONE = "none"
+"""Where the largest tension is a compression."""
+
+
 def _stress(value: float) -> str:
-    return "infinite" if math.isinf(value) else text(value, "Pa")
+    return "infinite" if math.isinf(value) else text(value, "Pa") if value >= 0 else _NONE
 
 
 STRESS_COLUMNS = (

@@ -1,11 +1,12 @@
 """Case files of a fit: like those of `solve`, with { fit = "5 kPa", min = ..., max = ... } where a value is looked for.
 
 Two more tables: [fit] says how to fit, [curve] how to read the curve; both may be left out, and so may [control].
+`describe_fit` says in lines for people what a file asks for, and how long it takes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -13,11 +14,13 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
-from flatpunch._support.checks import BadValue
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
-from flatpunch.files import CaseError
+from flatpunch.contact.default import EXACT
+from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import ContactTable, case_text, parsed
+from flatpunch.files.describe import takes
 from flatpunch.files.tables.fields import validated
 from flatpunch.files.tables.media import body
 from flatpunch.fit.adhesion.model import adhesive_method
@@ -33,22 +36,25 @@ from flatpunch.fit.cases import (
     split,
 )
 from flatpunch.fit.elastic.model import method_for
+from flatpunch.fit.elastic.table import KNOTS
 from flatpunch.fit.fitting import fit_ranges
 from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.measured.files.readers import read_curve
-from flatpunch.fit.models import check_free
+from flatpunch.fit.models import check_free, check_segment, segments
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import scaling
 from flatpunch.fit.parameters.settings import Free, Settings
-from flatpunch.fit.plan import plan_scan, planned
+from flatpunch.fit.parameters.unknowns import NUISANCE
+from flatpunch.fit.plan import Plan, PlanScan, plan_scan, planned
 from flatpunch.fit.report.log_posterior import CALIBRATION
-from flatpunch.fit.report.plan import Plan, PlanScan
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import between, unit_of
 from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace, Relaxation
+from flatpunch.media.material import young_and_poisson
 
 DRIFTING = "layers[0].young"
 """What `drift` follows over the depth."""
@@ -175,7 +181,7 @@ class FitCaseTable(ContactTable):
         sample = case.sample
         if sample.work_of_adhesion is not None:
             adhesive_method(sample.indenter, method)
-        _check_segment(case)
+        check_segment(settings.segment, segments(sample.work_of_adhesion is not None, sample.relaxation is not None))
         return case
 
 
@@ -275,8 +281,8 @@ def _check_prior(name: str, value: float, prior: Prior) -> None:
     if missed > 100:
         unit = unit_of(name)
         raise ValueError(
-            f"priors: {name} is {quantity(prior.centre, unit)} ± {quantity(prior.spread, unit)}, but the case has "
-            f"{quantity(value, unit)}. Check the units, or give the case the value of the prior."
+            f"priors: {name} is {text(prior.centre, unit)} ± {text(prior.spread, unit)}, but the case has "
+            f"{text(value, unit)}. Check the units, or give the case the value of the prior."
         )
 
 
@@ -320,17 +326,74 @@ def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]
         raise ValueError(f"--drift shows {DRIFTING}, which is not fitted in this case.")
     _, top = layer_on_top(case.medium)
     layered = fit_ranges(curve, case.medium, case.indenter, case.free, **case.arguments)
-    body = HalfSpace(top.young, top.poisson)
+    body = HalfSpace(*young_and_poisson(top))
     return layered, fit_ranges(curve, body, case.indenter, ["base.young"], **case.arguments)
 
 
-def _check_segment(case: FitCase) -> None:
-    """Refuse segments that the physics has no use for."""
-    known = ("auto", "retract", "both") if case.work_of_adhesion is not None else ("auto", "approach")
-    known = ("auto", "both") if case.relaxation is not None else known
-    if case.settings.segment not in known:
-        raise BadValue(
-            "segment",
-            repr(case.settings.segment),
-            f"does not go with this case; it is {' or '.join(map(repr, known))}.",
-        )
+_MEMORY = 300e6
+"""Memory of the program with the libraries of a fit [bytes]."""
+
+
+def describe_fit(case: FitCase) -> Iterator[str]:
+    """Yield lines that say what a case would fit."""
+    settings = case.settings
+    yield from describe_sample(
+        case.title, case.medium, case.indenter, case.work_of_adhesion, case.range_of_action, case.relaxation
+    )
+    for i, (name, free) in enumerate(case.free.items()):
+        unit = unit_of(name)
+        limits = between(free.minimum, free.maximum, unit)
+        own = ", for each curve" if name in case.own else ""
+        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {text(case.sample.value(name), unit)}{limits}{own}"
+    if case.correct:
+        yield f"Reported  {_reported(case)}"
+    elif not case.free:
+        yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
+    for i, entry in enumerate(case.curves):
+        others = [f"{name} = {text(value, unit_of(name))}" for name, value in entry["values"].items()]
+        tip = [f"{entry['indenter']!r}"] if entry["indenter"] is not None else []
+        yield f"{'Curves' if i == 0 else '':<9} {', '.join([entry['path'].name, *tip, *others])}"
+    given = settings.contact
+    contact = f"free{between(*given, 'm')}" if isinstance(given, tuple) else given
+    contact = text(contact, "m") if isinstance(contact, float) else contact
+    default = segments(case.work_of_adhesion is not None, case.relaxation is not None)[0]
+    segment = default if settings.segment == "auto" else settings.segment
+    yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {segment}"
+    method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
+    chosen = method or method_for(case.indenter, settings.method)
+    name = chosen if isinstance(chosen, str) else chosen.name
+    exact = case.indenter.round and name != "bem"
+    series = name in ("second-order", "fourth-order")
+    if case.film:
+        yield "Method    stiffness of a flat punch of the contact area, for `flatpunch fit-film`"
+    else:
+        yield f"Method    {EXACT if exact else name}"
+    forces = (
+        "exact" if exact or case.film else "known to some tenths of a per cent" if series else "as good as the method"
+    )
+    yield f"Expected  forces of the model {forces}; the result has intervals of its values"
+    yield f"Takes     {takes(_MEMORY, _seconds(case))}"
+    if case.plan:
+        for i, line in enumerate(plan_of(case).summary().splitlines()):
+            yield f"{'Planned' if i == 0 else '':<9} {line}"
+
+
+def _seconds(case: FitCase) -> float:
+    """Time of the first curve: tables over the shape of the problem, with six nodes along each of its free numbers."""
+    if case.work_of_adhesion is not None or case.relaxation is not None:
+        return 1.0
+    free = [name for name in case.free if name not in NUISANCE]
+    if case.correct and not free:
+        free = [DRIFTING]
+    shapes = len(scaling(case.medium, case.indenter, free).coordinates)
+    method = method_for(case.indenter, case.settings.method)
+    name = method if isinstance(method, str) else method.name
+    # a table over five decades of depth, in orders of magnitude; 130 contacts by boundary elements
+    table = 60.0 if name == "bem" else 0.3 if case.indenter.round else 15.0 if name == "refined" else 3.0
+    return table * float(KNOTS) ** shapes
+
+
+def _reported(case: FitCase) -> str:
+    found = case.correct
+    model = f", formula {found['model']}" if found["model"] else ""
+    return f"{text(found['reported'], 'Pa')} at a depth of {text(found['depth'], 'm')}{model}, for `flatpunch correct`"

@@ -68,7 +68,7 @@ class FitTable(Table):
     adhesion: str = "refuse"
     depth_to: Length | None = None
     force_to: Force | None = None
-    level: Number = 0.95
+    level: Number = Settings().level
     segment: str = "auto"
     direction: str = "auto"
 

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
-from flatpunch._support.checks import TINY, Array, Flags
+from flatpunch._support.checks import Array, Flags
 from flatpunch._support.kinds import instance
 from flatpunch.fit.report.quantities import axis_label, unit_of
 from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, SHADE, THIN, StyleName, axes_or_new, scale_of, sheet, styled
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 _CELLS = 28
 """Cells along a side of the picture of two parameters of a posterior, and along its histograms."""
 
-_HELD = (0.95, 0.68)
-"""Share of the draws inside the contours of two parameters."""
+_HELD = 2 * ndtr([2, 1]) - 1
+"""Share of the draws inside the contours of two parameters: that of two standard deviations and of one, 95 and 68 %."""
 
 
 def bars(batch: Batch, name: str, axes: Axes) -> None:
@@ -56,9 +56,7 @@ def map_figure(batch: Batch, name: str, *, style: StyleName | str = "screen") ->
         one = chosen.width is not None and chosen.width == chosen.panel[0]
         figure = Figure(figsize=sheet(chosen, 3 / 2 if one else 0.5, 2), layout="constrained")
         mapped = placed.sum() > 1
-        # a square map with its bar is as wide as the histogram; wide maps have more, and values one by one as well
-        across = min(1.7, 0.3 + 0.8 * np.ptp(x[placed]) / max(np.ptp(y[placed]), TINY)) if mapped else 1.7
-        left, right = figure.subplots(2, 1) if one else figure.subplots(1, 2, width_ratios=(max(across, 0.7), 1))
+        left, right = figure.subplots(2, 1) if one else figure.subplots(1, 2, width_ratios=(1 if mapped else 3 / 2, 1))
         if mapped:
             _map(batch, name, left, x, y, placed)
         else:
@@ -181,7 +179,7 @@ def posterior_figure(
     wanted = tuple(posterior.names if names is None else names)
     count = len(wanted)
     with styled(style) as chosen:
-        side = chosen.width if chosen.width is not None else 1.0 + 2.1 * count
+        side = chosen.width if chosen.width is not None else 1 + 2 * count
         figure = Figure(figsize=(side, side), layout="constrained")
         panels = figure.subplots(count, count, squeeze=False, sharex="col")
         for i, row in enumerate(wanted):

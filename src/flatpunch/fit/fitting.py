@@ -1,4 +1,4 @@
-"""`fit`: from a curve and a case with free parameters to values with intervals."""
+"""`fit`: from a curve and a case with free parameters, by a search for the least squares, to values with intervals."""
 
 from __future__ import annotations
 
@@ -6,22 +6,26 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Unpack
 
-from flatpunch._support.checks import Array, BadValue
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.adhesion.setup import adhesive_setup
 from flatpunch.fit.elastic.setup import elastic_setup
-from flatpunch.fit.least_squares.minimum import Minimum
-from flatpunch.fit.least_squares.problem import Problem
-from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.least_squares.minimum import SETTLED, SOON, Minimum, minimise, reweighted
+from flatpunch.fit.least_squares.problem import Problem, Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.models import Model, bounds, model_of
+from flatpunch.fit.measured.signal import memory_of
+from flatpunch.fit.models import FAR, Model, bounds, check_segment, model_of, segments
 from flatpunch.fit.parameters.sample import Sample
+from flatpunch.fit.parameters.scaling import plain_limits
 from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.report.errors import about_curve, reported
 from flatpunch.fit.report.findings import judged, limits_of_theory
 from flatpunch.fit.report.result import FitResult
-from flatpunch.fit.search import follows, searched
 from flatpunch.fit.viscoelastic.model import HistoryModel
 from flatpunch.fit.viscoelastic.setup import history_setup
 from flatpunch.indenters.profile import Indenter
@@ -178,20 +182,117 @@ def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup
 
 def setup_of(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:
     """Least-squares problem of a curve and a model; ValueError for a segment that does not go with the model."""
+    check_segment(settings.segment, segments(model.adhesive, model.over_time))
     if isinstance(model, AdhesiveModel):
-        if settings.segment == "approach":
-            raise ValueError("segment = 'approach' does not go with work_of_adhesion; it is 'retract' or 'both'.")
         return adhesive_setup(curve, model, limits, settings)
     if isinstance(model, HistoryModel):
-        if settings.segment not in ("auto", "both"):
-            raise BadValue(
-                "segment", repr(settings.segment), "does not go with relaxation: what was before is remembered."
-            )
         return history_setup(curve, model, limits, settings)
-    if settings.segment not in ("auto", "approach"):
-        raise BadValue(
-            "segment",
-            repr(settings.segment),
-            "goes with work_of_adhesion or relaxation; without them the approach is fitted.",
-        )
     return elastic_setup(curve, model, limits, settings)
+
+
+def searched(setup: Setup, name: str, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Minimum]:
+    """Descend from the start; limits that nobody set are widened where the search ends on one."""
+    start = setup.start()
+    # searches with wider and wider limits
+    for _ in range(4):
+        found = descended(setup, start, settings)
+        wider = _wider(setup, found, free, settings)
+        if wider is None:
+            break
+        setup, start = wider, found.x
+    if not found.converged:
+        if not _along_a_valley(setup, found):
+            raise CurveError(f"{name}: {_why_not(setup, found)}")
+        setup = replace(setup, notes=(*setup.notes, unfinished(len(free), found)))
+    return setup, found
+
+
+def _along_a_valley(setup: Setup, found: Minimum) -> bool:
+    """Whether a search that costs a contact a step ended where only noise is left: neighbouring residuals are independent."""
+    left = found.residual
+    return not setup.objective.model.tabulated and bool(memory_of(left) < 2 / np.sqrt(left.size))
+
+
+def unfinished(count: int, found: Minimum) -> str:
+    """A note about a search for `count` parameters that was given up."""
+    return (
+        f"The {count} parameters are poorly determined: the search ended after {found.evaluations} contacts of a curve, at "
+        "values that describe the data about as well as others do. Fix a parameter, or press deeper."
+    )
+
+
+def effort(tabulated: bool, quick: bool = False) -> Plain:
+    """How long is searched; where each step solves the contact, valleys that hardly end would cost hundreds: they are noted."""
+    return {"settled": SOON if quick else SETTLED} if tabulated else {"settled": 1e-2, "steps": 20}
+
+
+def _why_not(setup: Setup, found: Minimum) -> str:
+    """Reason of a search that found no minimum, and what to do."""
+    if "contact" in setup.objective.names:
+        inside = setup.objective.indentation(setup.part, found.x)[setup.used]
+        if inside.min() > 0:
+            return (
+                "the data begin in contact, no baseline is seen, and the curve bends too little to show where the contact began: "
+                f"contact point and modulus run off together ({text(float(inside.min()), 'm')} before the first reading "
+                "so far). Record from "
+                "further out, or give the contact point, contact = '...', and baseline = 'none' where the force begins at zero."
+            )
+        if inside.max() <= 0:
+            return (
+                "the contact point is outside the data: the search ran beyond the deepest reading, and nothing is in contact. "
+                "Press deeper, or give limits, contact = { min = ..., max = ... }."
+            )
+    misfit = float(np.sqrt(np.mean(found.residual**2)))
+    return (
+        f"no minimum found after {found.evaluations} evaluations, residual {misfit:.2g} of the force range. Fix a parameter, "
+        "or give limits and a better start."
+    )
+
+
+def descended(setup: Setup, start: Array, settings: Settings) -> Minimum:
+    """Least squares from a start: on block means first, then on all readings (batches stay with the means)."""
+    objective, coarse = setup.objective, setup.coarse
+    bounds, how = (setup.lower, setup.upper), effort(objective.model.tabulated, settings.quick)
+    found = minimise((coarse or objective).evaluate, start, *bounds, **how)
+    if coarse is not None and coarse is not objective:
+        if settings.quick:
+            residual, jacobian = objective.evaluate(found.x)
+            found = replace(found, residual=residual, normal=jacobian @ jacobian.T)
+        else:
+            found = minimise(objective.evaluate, found.x, *bounds, **how)
+    if settings.loss != "linear":
+        found = reweighted(objective, found, *bounds, settings.loss)
+    return found
+
+
+def _wider(setup: Setup, found: Minimum, free: Mapping[str, Free], settings: Settings) -> Setup | None:
+    """A setup with wider limits where the minimum sits on one that nobody set; None if there is no such limit."""
+    names, lower, upper = setup.objective.names, setup.lower.copy(), setup.upper.copy()
+    low_set, high_set = settings.contact_limits(1.0)
+    changed = False
+    for j in np.flatnonzero(found.at_bound):
+        below, name = bool(found.x[j] <= lower[j]), names[j]
+        if name == "contact":
+            # beyond the last point nothing is in contact
+            if below and low_set is None and high_set is None:
+                lower[j] -= 2 * (1 + abs(lower[j]))
+                changed = True
+        elif name in free and plain_limits(name) is None:
+            if below and free[name].minimum is None:
+                lower[j] -= np.log(FAR)
+                changed = True
+            if not below and free[name].maximum is None:
+                upper[j] += np.log(FAR)
+                changed = True
+    return replace(setup, lower=lower, upper=upper) if changed else None
+
+
+def follows(setup: Setup, found: Minimum, name: str) -> None:
+    """Refuse a minimum whose curve is nowhere near the data: behind a soft cantilever a stiff sample shows as little."""
+    off = (setup.objective.over(setup.part, found.x) - setup.part.force)[setup.used]
+    # force ranges by which a fit may miss a point before it counts as none
+    if not np.abs(off).max() < 3.0 * float(np.ptp(setup.part.force)):
+        raise CurveError(
+            f"{name}: no curve of this model comes near the data: the fit ran off to values at which the force is off by "
+            f"{np.abs(off).max():.3g} N. Check spring constant, sensitivity and units, or give limits and a better start."
+        )

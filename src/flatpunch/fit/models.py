@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array, BadValue, real
-from flatpunch.fit.adhesion import tables as adhesive_tables
+from flatpunch._support.prefixes import text
+from flatpunch.fit.adhesion import branch
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.elastic import model as elastic_model
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import internal, plain_limits
 from flatpunch.fit.parameters.settings import FiniteStrain, FitMethod, Free
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import unit_of
 from flatpunch.fit.viscoelastic.model import HistoryModel
 
 FAR = 1e6
@@ -52,7 +53,7 @@ def forget_models() -> None:
     """
     _kept.cache_clear()
     elastic_model.forget_tables()
-    adhesive_tables.forget_tables()
+    branch.forget_tables()
 
 
 def _made(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strain: FiniteStrain | None) -> Model:
@@ -61,6 +62,22 @@ def _made(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strai
     if sample.relaxation is not None:
         return HistoryModel(sample, free, method)
     return ForwardModel(sample.medium, sample.indenter, free, method, finite_strain)
+
+
+def segments(adhesive: bool, over_time: bool) -> tuple[str, ...]:
+    """Parts of a cycle that can be fitted, the one that "auto" means first."""
+    return ("retract", "both") if adhesive else ("both",) if over_time else ("approach",)
+
+
+def check_segment(segment: str, known: Sequence[str]) -> None:
+    """Refuse a part of a cycle that the physics has no use for."""
+    if segment not in ("auto", *known):
+        words = " or ".join(map(repr, ("auto", *known)))
+        raise BadValue(
+            "segment",
+            repr(segment),
+            f"does not go with this case; it is {words}. Retracts are fitted with work_of_adhesion, cycles with relaxation.",
+        )
 
 
 def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
@@ -87,7 +104,7 @@ def _between(name: str, start: float, limits: Free) -> tuple[float, float]:
     slack = ROUNDING * max(1.0, abs(begin))
     if not low - slack <= begin <= high + slack or low == high:
         unit = unit_of(name)
-        words = [quantity(v, unit) if v is not None else "none" for v in (start, limits.minimum, limits.maximum)]
+        words = [text(v, unit) if v is not None else "none" for v in (start, limits.minimum, limits.maximum)]
         raise BadValue(name, "", f": the start {words[0]} must lie between minimum {words[1]} and maximum {words[2]}.")
     return low, high
 

@@ -1,4 +1,4 @@
-"""Pictures of fits: curves with their fit, the modulus over depth, hard films."""
+"""Pictures of fits: curves, the modulus over depth, hard films, corrected moduli, formulas against the exact contact."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.kinds import instance
+from flatpunch._support.prefixes import text
 from flatpunch.fit.distributions import bars
 from flatpunch.fit.half_space.formulas import layer_on_top
-from flatpunch.fit.report.quantities import axis_label, quantity, unit_of
+from flatpunch.fit.report.quantities import axis_label, unit_of
 from flatpunch.fit.report.quantities import label as label_of
+from flatpunch.media.material import young_and_poisson
 from flatpunch.plots.style import (
     BLUE,
     GREY,
@@ -39,6 +41,17 @@ if TYPE_CHECKING:
     from flatpunch.fit.batch import Batch
     from flatpunch.fit.films.film import FilmResult
     from flatpunch.fit.report.result import FitResult
+
+
+from typing import TYPE_CHECKING
+
+from flatpunch.fit.half_space.correction import Correction
+from flatpunch.fit.half_space.formulas import WITHIN
+from flatpunch.plots.style import GREEN, panels
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 _LETTERS = 46
 """Letters in a line of a title; more do not fit above a panel of one column."""
@@ -207,7 +220,7 @@ def _several(result: FitResult, top: Axes, bottom: Axes) -> None:
 def _title(name: str, result: FitResult, parameters: Sequence[str]) -> str:
     """Name of a curve and fitted values, in lines that fit above one panel."""
     name = name if len(name) <= _LETTERS - 1 else name[: _LETTERS - 2] + "…"
-    words = [f"{label_of(each)} = {quantity(result[each], unit_of(each))}" for each in parameters]
+    words = [f"{label_of(each)} = {text(result[each], unit_of(each))}" for each in parameters]
     # a value keeps to its line: spaces within it do not break
     values = ", ".join(printed(word).replace("-", "−").replace(" ", "\u00a0") for word in words)
     return textwrap.fill(f"{name}: {values}" if values else name, _LETTERS, break_on_hyphens=False)
@@ -270,9 +283,66 @@ def _film(result: FilmResult, axes: Axes) -> None:
     styles = (":", "-.", (0, (1, 3)), (0, (5, 5)), (0, (3, 1)))
     known = {name: young for name, (young, _) in result.others.items() if np.isfinite(young)}
     for (name, young), style in zip(known.items(), styles, strict=False):
-        poisson = layer_on_top(result.case)[1].poisson
+        poisson = young_and_poisson(layer_on_top(result.case)[1])[1]
         axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=THIN, ls=style, label=f"film, {name}")
     axes.set_xlabel(f"contact depth $h_c$ ({x_unit})")
     axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")
     axes.set_xlim(left=0)
     legend_below(axes, ncols=3)
+
+
+_LINES = ("--", ":", "-.", (0, (3, 1)))
+
+
+def correction_figure(found: Correction, *, title: str = "", style: StyleName | str = "screen") -> Figure:
+    """Moduli of the layer by the exact contact and by formulas; the half-space modulus over depth."""
+    with styled(style) as chosen:
+        drawn, (bars, curve) = panels(chosen, 2, title=title)
+        young = {row.name: v for row in found.table().rows if np.isfinite(v := row.estimate.value)}
+        factor, unit = scale_of([*young.values(), found.reported], "Pa")
+        bars.barh(list(young), [each * factor for each in young.values()], color=[BLUE, *[GREY] * (len(young) - 1)])
+        bars.invert_yaxis()
+        bars.axvline(found.young * factor, color=BLUE, linewidth=THIN)
+        # one formula far off must not hide the others
+        bars.set_xlim(0, min(bars.get_xlim()[1], 3 * factor * max(found.young, found.reported)))
+        bars.set_xlabel(f"Young's modulus of the layer ({unit})")
+        length, length_unit = scale_of(found.depth, "m")
+        curve.plot(
+            found.depth * length, found.apparent * factor, color=ORANGE, label="half-space formula at each depth"
+        )
+        curve.axhline(found.young * factor, color=BLUE, label="layer")
+        curve.plot([found.depth[-1] * length], [found.reported * factor], "o", color=ORANGE, label="reported")
+        curve.set_ylim(bottom=0)
+        curve.set_xlim(left=0)
+        curve.set_xlabel(f"indentation depth ({length_unit})")
+        curve.set_ylabel(f"Young's modulus ({unit})")
+        curve.legend()
+    return drawn
+
+
+def comparison_figure(found: xr.Dataset, *, title: str = "", style: StyleName | str = "screen") -> Figure:
+    """Force over that of the half-space formula, and the errors of the formulas, over depth."""
+    with styled(style) as chosen:
+        drawn, (factors, errors) = panels(chosen, 2, title=title)
+        length, unit = scale_of(found["depth"].values, "m")
+        depth, bare = found["depth"].values * length, found["formula_force"].values[0]
+        factors.plot(depth, found["factor"].values, color=BLUE, linewidth=3 * THIN, alpha=0.5, label="exact")
+        for i, name in enumerate(found["formula"].values):
+            look: Any = {
+                "color": (ORANGE, GREEN, GREY)[i % 3],
+                "linestyle": _LINES[i // 3 % len(_LINES)],
+                "label": str(name),
+            }
+            factors.plot(depth, found["formula_force"].values[i] / bare, **look)
+            errors.plot(depth, 100 * found["deviation"].values[i], **look)
+        top = float(np.nanmax(found["factor"].values))
+        factors.set_ylim(0, 3 / 2 * top)
+        for limit in WITHIN:
+            errors.axhspan(-100 * limit, 100 * limit, color="black", alpha=0.1, linewidth=0)
+        errors.set_ylim(-50, 50)
+        for axes in (factors, errors):
+            axes.set_xlabel(f"indentation depth ({unit})")
+        factors.set_ylabel("force over that of the half-space formula")
+        errors.set_ylabel("error of the formula (%)")
+        factors.legend()
+    return drawn

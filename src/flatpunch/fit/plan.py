@@ -8,7 +8,7 @@ contact alone (`flatpunch.sensitivity`), so that nothing is tabulated or fitted.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 import numpy as np
@@ -16,6 +16,8 @@ from scipy.interpolate import make_interp_spline
 
 from flatpunch._support.checks import TINY, Array, positive, shown, whole
 from flatpunch._support.kinds import follows
+from flatpunch._support.prefixes import text
+from flatpunch._support.readable import Table, readable, text_of
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.indent import indent
@@ -28,12 +30,159 @@ from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.scaling import slope
 from flatpunch.fit.parameters.settings import FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fit.report.findings import TANGLED, combinations
-from flatpunch.fit.report.plan import POORLY, Plan, PlanScan
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import label, unit_of
+from flatpunch.fit.report.table import Estimate, Row, Rows, Tabled, correlation_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.sensitivity.gradient import gradients
 from flatpunch.sensitivity.parameters import parameters
+
+WELL, POORLY = 0.1, 1.0
+"""Largest relative standard error of a parameter that counts as determined, and smallest of one that does not."""
+
+
+@readable
+@dataclass(frozen=True, eq=False)
+class Plan(Tabled):
+    """What a planned curve determines.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The free parameters, then the contact point and the background that are fitted with them.
+    values : ndarray, shape (parameters,)
+        Their values [SI]; those of contact and background are zero.
+    errors : ndarray, shape (parameters,)
+        Standard errors [SI]; infinite where the curve says nothing.
+    covariance : ndarray, shape (parameters, parameters)
+        Of logarithms for moduli, lengths and slopes, of Poisson ratios, contact and background as they are.
+    undetermined : ndarray, shape (n, parameters)
+        Directions in which nothing changes.
+    notes : tuple of str
+
+    See Also
+    --------
+    flatpunch.fit.planned : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import planned
+    >>> layer = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
+    >>> plan = planned(layer, fp.Sphere(5e-6), ["layers[0].young"], depth=5e-7, noise=2e-11)
+    >>> print(plan.names[0], plan.errors[0] < 0.05 * plan.values[0])
+    layers[0].young True
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    errors: Array
+    covariance: Array
+    undetermined: Array
+    text: str
+    notes: tuple[str, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        """Standard error of a parameter [SI]."""
+        if name not in self.names:
+            raise ValueError(f"{shown(name)} is not part of this plan; it has {', '.join(self.names)}.")
+        return float(self.errors[self.names.index(name)])
+
+    @property
+    def correlation(self) -> Array:
+        """Correlations, shape (parameters, parameters)."""
+        return correlation_of(self.covariance)
+
+    def judgement(self, name: str) -> str:
+        """How well a parameter is determined: "determined", "poorly determined" or "not determined"."""
+        relative = self._relative(self.names.index(name))
+        return "determined" if relative <= WELL else "poorly determined" if relative < POORLY else "not determined"
+
+    def _relative(self, j: int) -> float:
+        """Standard error over the value; of numbers without unit, which are of order one, the error itself."""
+        return float(self.errors[j] / abs(self.values[j])) if unit_of(self.names[j]) else float(self.errors[j])
+
+    def error_in_words(self, name: str) -> str:
+        """Standard error, relative to the value if that has a unit; "not determined" where it says nothing."""
+        if self.judgement(name) == "not determined":
+            return "not determined"
+        error = self._relative(self.names.index(name))
+        return f"± {100 * error:.2g} %" if unit_of(name) else f"± {error:.2g}"
+
+    def table(self) -> Rows:
+        """The table: a row for each parameter; of contact and background the standard error alone."""
+        rows = []
+        for name, value, error in zip(self.names, self.values, self.errors, strict=True):
+            said = f"± {text(float(error), unit_of(name))}"
+            if value:
+                said = ": ".join(dict.fromkeys((self.error_in_words(name), self.judgement(name))))
+            rows.append(Row(name, Estimate(float(value), float(error), by="plan"), unit_of(name), said))
+        return Rows(self.text, tuple(rows), notes=self.notes)
+
+    def _line_(self) -> str:
+        """The free parameters."""
+        found = ", ".join(
+            f"{name} {self.judgement(name)}" for name, v in zip(self.names, self.values, strict=True) if v
+        )
+        return f"Plan({found})"
+
+
+@readable
+@dataclass(frozen=True, eq=False)
+class PlanScan:
+    """Plans over tips and depths.
+
+    Attributes
+    ----------
+    tips : tuple of str
+        Names of the tips.
+    depths : tuple of float
+        Largest depths [m].
+    plans : dict
+        (tip, depth) -> Plan; the reason in words where there is none.
+
+    See Also
+    --------
+    flatpunch.fit.plan_scan : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fit import plan_scan
+    >>> gel = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
+    >>> scan = plan_scan(gel, {"5 um": fp.Sphere(5e-6)}, ["layers[0].young"], depths=[5e-7], noise=2e-11)
+    >>> scan.plans["5 um", 5e-7].judgement("layers[0].young")
+    'determined'
+    """
+
+    tips: tuple[str, ...]
+    depths: tuple[float, ...]
+    plans: dict[tuple[str, float], Plan | str]
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """Tip, depth and the standard error of each free parameter in words, a line for each tip and depth."""
+        return [
+            (tip, text(depth, "m"), *([plan] if isinstance(plan, str) else map(plan.error_in_words, self.names)))
+            for (tip, depth), plan in self.plans.items()
+        ]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The free parameters."""
+        plan = next((plan for plan in self.plans.values() if isinstance(plan, Plan)), None)
+        return () if plan is None else tuple(n for n, v in zip(plan.names, plan.values, strict=True) if v)
+
+    def summary(self) -> str:
+        """The table as text."""
+        return text_of(self)
+
+    def _line_(self) -> str:
+        """What was scanned."""
+        return f"PlanScan({len(self.tips)} tips, {len(self.depths)} depths)"
+
+    def _table_(self) -> Table:
+        """A row for each tip and depth."""
+        width = 2 + len(self.names)
+        rows = tuple((*row, *[""] * (width - len(row))) for row in self.rows())
+        return Table("Relative standard errors", ("tip", "depth", *map(label, self.names)), rows)
 
 
 def plan_scan(
@@ -171,10 +320,10 @@ def planned(
         raise ValueError("drag is not planned; leave it out.")
     deepest = positive("depth", depth, "It is the largest indentation depth [m].", unit="m")
     scatter = positive("noise", noise, "It is the standard deviation of the force readings [N].", unit="N")
-    count = whole("points", points, len(names) + len(chosen.nuisance) + 1, "It is the number of readings.", most=10**7)
-    path = (
-        deepest / 2 if before is None else positive("before", before, "It is the tip path without contact.", unit="m")
+    count = whole(
+        "points", points, len(names) + len(chosen.nuisance) + 1, "It is the number of readings.", most=10_000_000
     )
+    path = positive("before", deepest / 2 if before is None else before, "It is the path without contact.", unit="m")
     spring = None if spring_constant is None else positive("spring_constant", spring_constant, unit="N/m")
     readings = np.linspace(-path, deepest, count)
     stiffness, by_theta = _curve(sample, names, readings, chosen)
@@ -184,11 +333,8 @@ def planned(
     if spring is not None:
         give = 1 + stiffness / spring
         jacobian[[name != "tilt" for name in (*names, *chosen.nuisance)]] /= give
-    return _judged(sample, names, chosen, jacobian / scatter, dict(priors or {}), _text(count, deepest, scatter))
-
-
-def _text(count: int, deepest: float, noise: float) -> str:
-    return f"{count} readings to a depth of {quantity(deepest, 'm')}, noise {quantity(noise, 'N')}"
+    title = f"{count} readings to a depth of {text(deepest, 'm')}, noise {text(scatter, 'N')}"
+    return _judged(sample, names, chosen, jacobian / scatter, dict(priors or {}), title)
 
 
 def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Settings) -> tuple[Array, Array]:
@@ -222,25 +368,24 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
 
 
 def _judged(
-    sample: Sample, names: tuple[str, ...], settings: Settings, scaled: Array, priors: Mapping[str, Prior], text: str
+    sample: Sample, names: tuple[str, ...], settings: Settings, scaled: Array, priors: Mapping[str, Prior], title: str
 ) -> Plan:
     """Information, covariance and notes."""
-    all_names = (*names, *settings.nuisance)
+    all_names, rest = (*names, *settings.nuisance), len(settings.nuisance)
+    values = np.append([sample.value(name) for name in names], np.zeros(rest))
+    units = np.append([slope(name, sample.value(name)) for name in names], np.ones(rest))
     information = scaled @ scaled.T
     for name, prior in priors.items():
         if not isinstance(prior, (Normal, LogNormal, Uniform)) or name not in all_names:
             raise ValueError(
                 f"priors: {shown(name)} = {shown(prior)} must be Normal, LogNormal or Uniform, of one of {', '.join(all_names)}."
             )
-        unit = slope(name, sample.value(name)) if name in names else 1.0
         j = all_names.index(name)
-        information[j, j] += (unit / prior.spread) ** 2
+        information[j, j] += (units[j] / prior.spread) ** 2
     spread, undetermined = covariance(information, np.ones(len(all_names), dtype=bool), 1.0)
-    values = np.array([sample.value(name) for name in names] + [0.0] * len(settings.nuisance))
-    units = np.array([abs(slope(name, sample.value(name))) for name in names] + [1.0] * len(settings.nuisance))
-    errors = np.sqrt(np.diag(spread)) * units
-    plan = Plan(all_names, values, errors, spread, undetermined, text)
-    alone = units / np.sqrt(np.maximum(np.diag(information), TINY))
+    errors = np.sqrt(np.diag(spread)) * np.abs(units)
+    plan = Plan(all_names, values, errors, spread, undetermined, title)
+    alone = np.abs(units) / np.sqrt(np.maximum(np.diag(information), TINY))
     notes = list(_notes(plan, len(names), alone))
     if not sample.indenter.round and sample.work_of_adhesion is None:
         notes.append(
@@ -260,13 +405,10 @@ def _notes(plan: Plan, count: int, alone: Array) -> Iterator[str]:
                 f"Only a combination of {' and '.join(together)} can be determined, whatever the noise. Hold one of them, or "
                 "measure it otherwise."
             )
-    table = plan.correlation
-    for j in range(count):
-        for k in range(j):
-            pair = plan.names[k], plan.names[j]
-            bad = any(plan.judgement(name) != "determined" for name in pair)
-            if bad and np.isfinite(table[j, k]) and abs(table[j, k]) > TANGLED:
-                yield (
-                    f"{pair[0]} and {pair[1]} are hardly distinguished: correlation {table[j, k]:.4f}. Hold one of them, give "
-                    "it a prior, or press deeper."
-                )
+    for j, k in zip(*np.tril_indices(count, -1), strict=True):
+        pair, tangled = (plan.names[k], plan.names[j]), float(plan.correlation[j, k])
+        if abs(tangled) > TANGLED and any(plan.judgement(name) != "determined" for name in pair):
+            yield (
+                f"{pair[0]} and {pair[1]} are hardly distinguished: correlation {tangled:.4f}. Hold one of them, give it a "
+                "prior, or press deeper."
+            )

@@ -12,14 +12,13 @@ from matplotlib.figure import Figure
 from flatpunch._support.checks import Array
 from flatpunch._support.kinds import instance
 from flatpunch._support.prefixes import text
-from flatpunch.fit.fitting import setup_of
-from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.fitting import descended, setup_of
+from flatpunch.fit.least_squares.problem import Setup
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.orientation import Approach, approach_of
 from flatpunch.fit.models import bounds, model_of
 from flatpunch.fit.parameters.sample import Sample
 from flatpunch.fit.parameters.settings import Settings, as_free
-from flatpunch.fit.search import descended
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
 from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, THIN, StyleName, axes_or_new, scale_of, sheet, styled

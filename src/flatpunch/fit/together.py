@@ -18,10 +18,9 @@ from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, real
 from flatpunch._support.kinds import instance, mapping
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fit.fitting import setup_of
-from flatpunch.fit.least_squares.minimum import SETTLED, minimise
-from flatpunch.fit.least_squares.problem import Problem
-from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.fitting import descended, effort, setup_of, unfinished
+from flatpunch.fit.least_squares.minimum import minimise
+from flatpunch.fit.least_squares.problem import Problem, Setup
 from flatpunch.fit.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.models import bounds, check_free, model_of
@@ -31,7 +30,6 @@ from flatpunch.fit.parameters.settings import Free, FreeNames, Settings, Setting
 from flatpunch.fit.report.errors import about_curve, reported
 from flatpunch.fit.report.findings import judged, limits_of_theory
 from flatpunch.fit.report.result import FitResult
-from flatpunch.fit.search import descended
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Relaxation
 
@@ -207,25 +205,18 @@ def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
 def _joined(problem: Problem, settings: Settings) -> FitResult:
     """The fit of all curves, each over its noise."""
     coarse, x, noise = problem.coarse, problem.start, _noises(problem, problem.start)
-    # each step of a search without tables solves the contacts, and valleys that hardly end would cost hundreds
-    settled, steps = (SETTLED, 200) if problem.tabulated else (1e-2, 20)
     # fits, each with the noise of the one before, until it stays within a per cent
     for _ in range(3):
-        found = minimise(replace(coarse, noise=noise).evaluate, x, *problem.bounds, settled=settled, steps=steps)
+        found = minimise(replace(coarse, noise=noise).evaluate, x, *problem.bounds, **effort(problem.tabulated))
         x, before, noise = found.x, noise, _noises(problem, found.x)
         if np.abs(noise / before - 1).max() < 0.01:
             break
-    notes: tuple[str, ...] = ()
     if not found.converged and problem.tabulated:
         raise CurveError(
             f"no joint minimum found after {found.evaluations} evaluations: the curves determine no common "
             f"{', '.join(n for n in problem.free if OF not in n)}. Give limits and better starts, or fix one."
         )
-    if not found.converged:
-        notes = (
-            f"The {len(problem.free)} parameters are poorly determined: the search ended after {found.evaluations} contacts "
-            "of each curve. Other values may describe the curves as well; fix a parameter, or press deeper.",
-        )
+    notes = () if found.converged else (unfinished(len(problem.free), found),)
     problem = replace(problem, noise=noise)
     result = reported(problem, problem.at(found), settings)
     parts = tuple(_one_of(result, i) for i in range(len(problem.setups)))

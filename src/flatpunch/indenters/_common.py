@@ -1,12 +1,17 @@
-"""What several indenters share: the check of inclinations and the spreading of radial values over angles."""
+"""What several indenters share: being a kind of tip in case files, the exponent of a power law, values spread over angles."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from typing import Annotated, NamedTuple, TypeVar
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, numbers, real, shown
+from flatpunch._support.checks import ROUNDING, Array, BadValue, numbers, shown
+from flatpunch._support.numbers import a_ratio
+
+T = TypeVar("T")
 
 FULL_TURN = 2 * math.pi
 
@@ -23,17 +28,45 @@ SLENDER = 1e6
 """Largest ratio of the half-axes of a tip."""
 
 
-def inclination(name: str, value: object) -> float:
-    """Return `value` as an inclination between surface and face, 0 < value < pi/2 [rad]."""
-    number = real(name, value, "rad")
-    if not 0 < number < math.pi / 2:
-        raise BadValue(
-            name,
-            repr(number),
-            "must lie in 0 < inclination < pi/2: the angle between surface and face in radians. Degrees go "
-            "through math.radians; a half-opening angle t measured from the axis is pi/2 - t.",
-        )
-    return number
+class CaseFile(NamedTuple):
+    """How case files give a kind of tip.
+
+    Attributes
+    ----------
+    ways : tuple of str
+        Names of the constructors, empty for the class or function itself; a file gives the declared arguments of one of them.
+    wears : bool
+        Whether it may be rounded or cut off, and tilted.
+    tilts : bool
+        Whether it may be tilted.
+    """
+
+    ways: tuple[str, ...]
+    wears: bool
+    tilts: bool
+
+
+def case_file(*ways: str, wears: bool = False, tilts: bool = False) -> Callable[[T], T]:
+    """Make a class or function a kind of tip in case files, as `_case_file_`; its name there is that in Python: "afm-pyramid"."""
+
+    def marked(made: T) -> T:
+        setattr(made, "_case_file_", CaseFile(ways or ("",), wears, tilts))  # noqa: B010
+        return made
+
+    return marked
+
+
+# powers of the radius outside this range are a step or a spike in floating point
+Exponent = Annotated[
+    float,
+    a_ratio(
+        "exponent",
+        least=0.01,
+        most=100.0,
+        example="2",
+        outside="must lie between 0.01 and 100; a flat end is Cylinder(radius).",
+    ),
+]
 
 
 def check_slender(name: str, *lengths: float) -> None:
@@ -45,12 +78,6 @@ def check_slender(name: str, *lengths: float) -> None:
             f"has half-axes or curvatures from {min(lengths):.3g} to {max(lengths):.3g}; they may differ by a "
             f"factor of {SLENDER:.0e}. Check the units.",
         )
-
-
-def check_exponent(name: str, exponent: float) -> None:
-    """Refuse powers of the radius that are a step or a spike in floating point."""
-    if not 0.01 <= exponent <= 100:
-        raise BadValue(name, repr(exponent), "must lie between 0.01 and 100; a flat end is Cylinder(radius).")
 
 
 def spread(radial: Array, phi: Array) -> Array:

@@ -1,42 +1,30 @@
-"""Protocol of an indenter in the contact theory: the gap f(r, phi) at first touch and its slope.
+"""What an indenter is to the contact theory: the gap f(r, phi) at first touch and its slope.
 
 f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0. Concrete indenters are
-frozen dataclasses, one per file, which inherit the members that most shapes have in common from `Shape` or `RoundShape`
-(`shape`); an indenter of your own needs no base class.
+frozen dataclasses, one per file. All derive from `Indenter`, which has the members of an idealised smooth shape, and define only
+what differs; so does an indenter of your own. Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi.
 
-Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi. All other members are optional:
-
-- `seams` (): polar angles like `corners`, at which pieces are joined without an edge; quadrature over the angle is split there.
-- `tabulated` (False): whether the shape goes through the points of a table; quadrature along the radius takes more points then.
-- `angular_tolerance` (None): relative change of means over the angle below which more angles do not help, for kinks that are
-  neither along rays nor on circles about the apex (the border of a square flat, the rounding of an edge).
-- `scales` (): radii [m] at which such lines begin and end, at which these means are checked. `rings` then has the smallest and
-  the largest distance of such a line from the axis, and others at which it turns.
-- `crossings(r)` (None): polar angles at which circles of radii r, shape (n,), cross such lines, shape (n, k), NaN where
-  they do not. Means over the angle are then exact to rounding.
-- `rounded_edges` (): polar angles of rounded edges, along which the contact is drawn out as along `corners`.
-- `reach_along(phi)` (`reach`): largest radius in each direction [m], where it exceeds `reach`. Only boundary elements use it;
-  the other methods, whose contacts are round to first order, end at `reach`.
-- `height_and_slope(r, phi)`: both from one calculation.
-- `rising` (True): whether f rises from the apex in every direction, within `reach`. Contacts of other shapes (several summits,
-  flat tops, noise) have no outline a(phi): only boundary elements solve them, and refusals show `why_not_rising`.
-- `cut` (False): whether the shape ends because it was not measured farther; contacts that reach the end are not valid then.
-- `elsewhere` (infinite): height of the lowest part of the tip that does not belong to the apex and lies beyond `reach` [m].
-- `box(depth)`: half-widths and centre of the rectangle around all that is lower than a depth [m], for shapes that do not rise.
+A member that is a field in a concrete class needs `field()` or a value of its own there: `dataclass` would take the inherited
+property of that name as the default of the field.
 """
 
 from __future__ import annotations
 
-from typing import Protocol, TypeGuard, runtime_checkable
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
+from flatpunch._support.numbers import Checked
 
 
-@runtime_checkable
-class Indenter(Protocol):
+class Indenter(Checked, ABC):
     """Rigid, smooth, frictionless indenter.
+
+    A shape of your own derives from it and defines `height` and `slope`, and of the other members those that differ from the ones
+    of an idealised smooth shape that rises from its apex. Equal indenters share what has been computed for them, so they are
+    hashable.
 
     See Also
     --------
@@ -49,61 +37,151 @@ class Indenter(Protocol):
     True
     """
 
+    __slots__ = ()
+
+    @abstractmethod
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f(r, phi) [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+
+    @abstractmethod
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+
     @property
     def exponent(self) -> float | None:
         """Exponent n of a power-law shape f = r^n psi(phi); None for every other shape."""
+        return None
 
     @property
     def reach(self) -> float:
         """Largest radius at which the shape is defined [m]; infinite for the idealised ones."""
+        return float("inf")
+
+    @property
+    def flat(self) -> bool:
+        """Whether the whole end is flat: the contact has the radius `reach` at every depth."""
+        return False
 
     @property
     def corners(self) -> tuple[float, ...]:
         """Polar angles in [0, 2 pi) at which f has an edge, ascending; empty for smooth outlines."""
+        return ()
 
     @property
     def rings(self) -> tuple[float, ...]:
         """Radii > 0 at which the slope df/dr or the curvature jumps [m], in some directions at least; empty for most shapes."""
+        return ()
 
     @property
     def round(self) -> bool:
         """Whether f depends on r alone."""
+        return False
 
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f(r, phi) [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+    @property
+    def seams(self) -> tuple[float, ...]:
+        """Polar angles at which pieces are joined without an edge [rad]; quadrature over the angle is split there."""
+        return ()
 
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
+    @property
+    def rounded_edges(self) -> tuple[float, ...]:
+        """Polar angles of rounded edges [rad], along which the contact is drawn out as along `corners`."""
+        return ()
 
-    def __hash__(self) -> int:
-        """Equal indenters share what has been computed for them."""
+    @property
+    def tabulated(self) -> bool:
+        """Whether the shape goes through the points of a table; quadrature along the radius takes more points then."""
+        return False
+
+    @property
+    def angular_tolerance(self) -> float:
+        """Relative change of means over the angle below which more angles do not help [-].
+
+        Not zero where kinks are neither along rays nor on circles about the apex (the border of a square flat, the rounding of an
+        edge).
+        """
+        return 0.0
+
+    @property
+    def scales(self) -> tuple[float, ...]:
+        """Radii at which such kinks begin and end [m], at which means over the angle are checked.
+
+        `rings` then has the smallest and the largest distance of such a kink from the axis, and others at which it turns.
+        """
+        return ()
+
+    @property
+    def crossings(self) -> Callable[[Array], Array] | None:
+        """Polar angles at which circles of radii r, shape (n,), cross such kinks, as a function of r, or None.
+
+        It returns shape (n, k), NaN where a circle has fewer. Means over the angle are then exact to rounding.
+        """
+        return None
+
+    def reach_along(self, phi: Array) -> Array:
+        """Largest radius in the directions phi [m], of the shape of phi; at least `reach`.
+
+        Only boundary elements use it; the other methods, whose contacts are round to first order, end at `reach`.
+        """
+        return np.broadcast_to(self.reach, np.shape(phi))
+
+    def height_and_slope(self, r: Array, phi: Array) -> tuple[Array, Array]:
+        """Gap [m] and its radial derivative, broadcast together."""
+        return np.asarray(self.height(r, phi)), np.asarray(self.slope(r, phi))
+
+    @property
+    def rising(self) -> bool:
+        """Whether f rises from the apex in every direction, within `reach`, so that contacts have outlines a(phi).
+
+        Only boundary elements solve contacts of other shapes (several summits, flat tops, noise).
+        """
+        return True
+
+    @property
+    def why_not_rising(self) -> str:
+        """Where it does not rise, and what does, for refusals."""
+        return type(self).__name__
+
+    @property
+    def elsewhere(self) -> float:
+        """Height of the lowest part of the tip that does not belong to the apex and lies beyond `reach` [m]."""
+        return float("inf")
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether it may touch elsewhere than about its apex."""
+        return not self.rising or bool(np.isfinite(self.elsewhere))
+
+    def box(self, depth: float) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Half-widths and centre of the box along x and y around all that is lower than a depth [m].
+
+        Needed where `has_parts`; the whole tip about its apex, if a shape does not define it.
+        """
+        return (self.reach, self.reach), (0.0, 0.0)
+
+    @property
+    def cut(self) -> bool:
+        """Whether the shape ends because it was not measured farther; contacts that reach the end are not valid then."""
+        return False
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks on the shape, which results carry."""
+        return ()
+
+    @property
+    def split_angles(self) -> list[float]:
+        """Polar angles at which quadrature over the angle is split [rad]: `corners` and `seams`."""
+        return sorted({*self.corners, *self.seams})
 
 
 def check_indenter(indenter: object, name: str = "indenter") -> Indenter:
     """The indenter itself; what is none is refused."""
-    if isinstance(indenter, type) or not isinstance(indenter, Indenter):
+    if not isinstance(indenter, Indenter) or type(indenter).__hash__ is None:
         raise TypeError(
             f"{name} = {shown(indenter)} must be an indenter such as Paraboloid(radius=...) or Pyramid(sides=..., "
-            "inclination=...)."
+            "inclination=...). A shape of your own derives from flatpunch.indenters.Indenter and is hashable."
         )
     return indenter
-
-
-def is_rising(indenter: Indenter) -> bool:
-    """Whether an indenter rises from its apex in every direction, so that its contacts have outlines."""
-    return bool(getattr(indenter, "rising", True))
-
-
-class Boxed(Indenter, Protocol):
-    """An indenter that knows the box of its overlap with the surface at a depth."""
-
-    def box(self, depth: float) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Half-widths and centre of the box along x and y [m]."""
-
-
-def has_parts(indenter: Indenter) -> TypeGuard[Boxed]:
-    """Whether an indenter may touch elsewhere than about its apex."""
-    return not is_rising(indenter) or bool(np.isfinite(getattr(indenter, "elsewhere", np.inf)))
 
 
 class NotRising(ValueError):
@@ -112,25 +190,5 @@ class NotRising(ValueError):
 
 def check_rising(indenter: Indenter) -> None:
     """Refuse indenters that only boundary elements solve."""
-    if not is_rising(indenter):
-        raise NotRising(f"{getattr(indenter, 'why_not_rising', type(indenter).__name__)}")
-
-
-def height_and_slope(indenter: Indenter, r: Array, phi: Array) -> tuple[Array, Array]:
-    """Gap [m] and its radial derivative [-], broadcast together."""
-    both = getattr(indenter, "height_and_slope", None)
-    if both is None:
-        return np.asarray(indenter.height(r, phi)), np.asarray(indenter.slope(r, phi))
-    f, slope = both(r, phi)
-    return np.asarray(f), np.asarray(slope)
-
-
-def reach_along(indenter: Indenter, phi: Array) -> Array:
-    """Largest radius at which the shape is defined in the directions phi [m], of the shape of phi."""
-    along = getattr(indenter, "reach_along", None)
-    return np.broadcast_to(indenter.reach if along is None else along(phi), np.shape(phi))
-
-
-def split_angles(indenter: Indenter) -> list[float]:
-    """Polar angles at which quadrature over the angle is split [rad]: `corners` and, where the shape has them, `seams`."""
-    return sorted({*indenter.corners, *getattr(indenter, "seams", ())})
+    if not indenter.rising:
+        raise NotRising(indenter.why_not_rising)

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from flatpunch.kernels.bodies import Tuples, body_of
 from flatpunch.kernels.radial import Radial, Table, at_zero, radial_compliance
-from flatpunch.kernels.vectors import checked
+from flatpunch.kernels.vectors import wave_vectors
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
-    from flatpunch.media import Body, Solid
+    from flatpunch.media import Body
     from flatpunch.numerics.chebyshev import Numbers
 
 _DIRECT = 4000
@@ -145,8 +145,7 @@ def normal_compliance(medium: Body | Tuples, q: Numbers, *, undetermined: float 
     from flatpunch.compliance import compliance
 
     body = body_of(medium)
-    (magnitude,) = checked(q=q)
-    magnitude = np.abs(magnitude)
+    _, magnitude = wave_vectors(q=q)
     result, zero = np.empty(magnitude.shape), magnitude == 0
     if not zero.all():
         result[~zero] = compliance(body)(magnitude[~zero])
@@ -159,17 +158,16 @@ def _matrices(
     medium: Body | Tuples, qx: Numbers, qy: Numbers, rtol: float, undetermined: float, *, inverse: bool
 ) -> NDArray[np.complex128]:
     body = body_of(medium)
-    x, y = checked(qx=qx, qy=qy)
-    shape = x.shape
-    x, y = x.ravel(), y.ravel()
+    components, magnitude = wave_vectors(qx=qx, qy=qy)
+    shape = magnitude.shape
+    x, y, q = (each.ravel() for each in (*components, magnitude))
     result = np.zeros((x.size, 3, 3), dtype=complex)
-    square = x * x + y * y
-    zero = np.flatnonzero(square == 0)
-    if zero.size < square.size:
-        functions = _functions(body, square, rtol)
-        for start in range(0, square.size, _CHUNK):
+    zero = np.flatnonzero(q == 0)
+    if zero.size < q.size:
+        functions = _functions(body, q, rtol)
+        for start in range(0, q.size, _CHUNK):
             part = slice(start, start + _CHUNK)
-            _fill(result[part], x[part], y[part], square[part], functions, inverse)
+            _fill(result[part], x[part], y[part], q[part], functions, inverse)
     if zero.size:
         normal, along = at_zero(body)
         diagonal = np.array([along, along, normal])
@@ -180,38 +178,34 @@ def _matrices(
     return result.reshape(*shape, 3, 3)
 
 
-def _functions(body: Solid, square: Array, rtol: float) -> Callable[[Array], Radial]:
-    """Callable: |q|^2 of a part of the wave vectors -> Radial."""
-    if rtol > 0 and square.size > _DIRECT:
-        present = square[square > 0]
-        low, high = float(np.sqrt(present.min())), float(np.sqrt(present.max()))
+def _functions(body: Body, q: Array, rtol: float) -> Callable[[Array], Radial]:
+    """Callable: magnitudes of a part of the wave vectors -> Radial."""
+    if rtol > 0 and q.size > _DIRECT:
+        present = q[q > 0]
+        low, high = float(present.min()), float(present.max())
         if high > low:
             table = Table(body, low, high, rtol)
 
             def tabulated(part: Array) -> Radial:
-                return Radial(*(table(np.log(part) / 2) / np.sqrt(part)))
+                return Radial(*(table(np.log(part)) / part))
 
             return tabulated
 
     def computed(part: Array) -> Radial:
         own, which = np.unique(part, return_inverse=True)
-        return Radial(*(each[which.ravel()] for each in radial_compliance(body, np.sqrt(own))))
+        return Radial(*(each[which.ravel()] for each in radial_compliance(body, own)))
 
     return computed
 
 
-def _fill(
-    result: Numbers, x: Array, y: Array, square: Array, functions: Callable[[Array], Radial], inverse: bool
-) -> None:
+def _fill(result: Numbers, x: Array, y: Array, q: Array, functions: Callable[[Array], Radial], inverse: bool) -> None:
     """Write the matrices of a part of the wave vectors."""
-    square = np.where(square > 0, square, square.max() or 1.0)  # q = 0 is written afterwards
-    n, a, c, d = functions(square)
+    q = np.where(q > 0, q, q.max() or 1.0)  # q = 0 is written afterwards
+    n, a, c, d = functions(q)
     if inverse:
-        determinant = a * n - d * d
-        n, a, c, d = a / determinant, n / determinant, 1 / c, -d / determinant
+        n, a, c, d = 1 / (n - d / a * d), 1 / (a - d / n * d), 1 / c, -d / a / (n - d / a * d)
     real, imaginary = result.real, result.imag
-    root = np.sqrt(square)
-    lx, ly = x / root, y / root
+    lx, ly = x / q, y / q
     real[:, 0, 0], real[:, 1, 1] = a * lx * lx + c * ly * ly, a * ly * ly + c * lx * lx
     real[:, 0, 1] = real[:, 1, 0] = (a - c) * lx * ly
     real[:, 2, 2] = n

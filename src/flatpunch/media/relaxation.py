@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, Values, non_negative, positive, real, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Values, real, values
+from flatpunch._support.numbers import Checked, a_ratio, a_time
 from flatpunch._support.readable import readable
 
 ComplexArray = NDArray[np.complex128]
@@ -60,9 +61,9 @@ class Prony:
     Prony(weights=(0.5,), times=(1,), equilibrium=0.5)
     """
 
-    weights: tuple[float, ...]
-    times: tuple[float, ...]
-    equilibrium: float
+    weights: tuple[Annotated[float, a_ratio("weights", above=0.0, example="[0.5, 0.2]")], ...]
+    times: tuple[Annotated[float, a_time("times", example='["1 s", "10 s"]')], ...]
+    equilibrium: Annotated[float, a_ratio("equilibrium", least=0.0)]
 
     def __init__(self, weights: Values, times: Values, equilibrium: float | None = None) -> None:
         g = values("Prony.weights", weights, strict=True, unit="1")
@@ -102,7 +103,7 @@ class Prony:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class StandardLinearSolid:
+class StandardLinearSolid(Checked):
     """psi(t) = equilibrium + (1 - equilibrium) exp(-t/time): one spring beside a spring and a dashpot in series.
 
     Parameters
@@ -124,19 +125,16 @@ class StandardLinearSolid:
     StandardLinearSolid(equilibrium=0.4, time=1)
     """
 
-    equilibrium: float
-    time: float
-
-    def __post_init__(self) -> None:
-        share = non_negative("StandardLinearSolid.equilibrium", self.equilibrium, unit="1")
-        if share >= 1:
-            raise BadValue(
-                "StandardLinearSolid.equilibrium",
-                repr(share),
-                "must be below 1: it is the long-time modulus over the instantaneous one.",
-            )
-        object.__setattr__(self, "equilibrium", share)
-        object.__setattr__(self, "time", positive("StandardLinearSolid.time", self.time, unit="s"))
+    equilibrium: Annotated[
+        float,
+        a_ratio(
+            "equilibrium",
+            least=0.0,
+            below=1.0,
+            outside="must be below 1 and not negative: it is the long-time modulus over the instantaneous one.",
+        ),
+    ]
+    time: Annotated[float, a_time("relaxation time")]
 
     @property
     def prony(self) -> Prony:
@@ -158,7 +156,7 @@ class StandardLinearSolid:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class PowerLawRelaxation:
+class PowerLawRelaxation(Checked):
     """psi(t) = (t/time)^-exponent: no instantaneous modulus, that of the medium is reached at t = time.
 
     Parameters
@@ -179,17 +177,11 @@ class PowerLawRelaxation:
     PowerLawRelaxation(exponent=0.2, time=1)
     """
 
-    exponent: float
-    time: float
-
-    def __post_init__(self) -> None:
-        alpha = real("PowerLawRelaxation.exponent", self.exponent, "1")
-        if not 0 < alpha < 1:
-            raise BadValue(
-                "PowerLawRelaxation.exponent", repr(alpha), "must lie between 0 (elastic) and 1 (fluid), both excluded."
-            )
-        object.__setattr__(self, "exponent", alpha)
-        object.__setattr__(self, "time", positive("PowerLawRelaxation.time", self.time, unit="s"))
+    exponent: Annotated[
+        float,
+        a_ratio("exponent", above=0.0, below=1.0, outside="must lie between 0 (elastic) and 1 (fluid), both excluded."),
+    ]
+    time: Annotated[float, a_time("time of the modulus")]
 
     def __call__(self, t: Array) -> Array:
         """psi(t) at times t >= 0 [s]; infinite at t = 0."""

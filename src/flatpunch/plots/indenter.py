@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from flatpunch._support.checks import Array, positive
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import readable, text
-from flatpunch.indenters.profile import Indenter, check_indenter, split_angles
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.numerics.extents import ROOM
 from flatpunch.plots.outline import framed
 from flatpunch.plots.style import (
@@ -118,7 +118,7 @@ def _half(indenter: Indenter, extent: float | None) -> float:
 def _surface(indenter: Indenter, axes: Axes3D, extent: float, label: str | None = None) -> None:
     """Draw the surface into three-dimensional axes, apex down, cut where it reaches the lowest height on the border."""
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter)]))
+    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), indenter.split_angles]))
     limit = _level_radius(indenter, top, phi, min(extent * np.sqrt(2), indenter.reach))
     share = np.linspace(0, 1, SAMPLES // 2)
     r = share[:, None] * limit
@@ -159,7 +159,7 @@ def _surface(indenter: Indenter, axes: Axes3D, extent: float, label: str | None 
 def _level_lines(indenter: Indenter, axes: Axes, extent: float, label: str | None = None) -> None:
     """Draw contour lines of the height, at equal steps up to the lowest height on the border."""
     top = _rim(indenter, extent)
-    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter)]))
+    phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), indenter.split_angles]))
     first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
     colour = _LINES if first else next_colour(axes)
     rise, height_unit = readable(top, "m")
@@ -225,7 +225,7 @@ def _named(axes: Axes, colour: str, label: str | None) -> None:
 def _extent(indenter: Indenter) -> float:
     if np.isfinite(indenter.reach):
         return float(indenter.reach)
-    lengths = [*indenter.rings, *(scale for scale in getattr(indenter, "scales", ())[:2])]
+    lengths = [*indenter.rings, *(scale for scale in indenter.scales[:2])]
     lengths += [getattr(indenter, name) for name in ("radius", "half_x", "half_y") if hasattr(indenter, name)]
     return 3.0 * max(lengths) if lengths else 1.0
 
@@ -243,7 +243,7 @@ def _levels(top: float, rise: float) -> Array:
 
 def _rim(indenter: Indenter, extent: float) -> float:
     """Lowest height on the circle of radius `extent`: up to there every level line is inside the picture."""
-    phi = np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter)])
+    phi = np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), indenter.split_angles])
     height = np.asarray(indenter.height(np.array(min(extent, indenter.reach)), phi))
     lowest = float(height.min())
     if not (np.isfinite(lowest) and lowest > 0):

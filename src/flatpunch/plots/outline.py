@@ -11,7 +11,7 @@ from flatpunch._support.checks import Array, Flags, whole
 from flatpunch.bem.height import overlap_half_widths
 from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
 from flatpunch.contact.dataset import outlines
-from flatpunch.indenters.profile import Indenter, check_indenter, has_parts, reach_along
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.numerics.extents import ROOM
 from flatpunch.plots.style import (
     PALE,
@@ -144,7 +144,7 @@ def half_width(result: xr.Dataset, indenter: Indenter | None, step: int) -> floa
     if outlined(result)[step] or indenter is None:
         return ROOM * float(np.nanmax(np.append(outlines(result)[step], result["radius"].values[step])))
     depth = float(result["depth"].values[step])
-    if has_parts(indenter):
+    if indenter.has_parts:
         return max(float(abs(centre) + width) for width, centre in zip(*indenter.box(depth), strict=True))
     return max(overlap_half_widths(indenter, depth))
 
@@ -167,14 +167,14 @@ def _level_lines(indenter: Indenter, half: float, factor: float, axes: Axes) -> 
     """Draw level lines at round heights; their spacing is named in the legend, where no label can cross a line."""
     x = np.linspace(-half, half, SAMPLES)
     r, phi = np.hypot(x[None, :], x[:, None]), np.arctan2(x[:, None], x[None, :])
-    reach = reach_along(indenter, phi)
+    reach = indenter.reach_along(phi)
     height = np.where(r <= reach, indenter.height(np.minimum(r, reach), phi), np.nan)
     height[np.isinf(height)] = np.nan
     if not np.nanmax(height) > 0:  # the flat end of a cylinder has no level lines
         return []
     values, unit = scaled(height, "m")
     phi = np.linspace(0, 2 * np.pi, SAMPLES)
-    around = np.asarray(indenter.height(np.minimum(half, reach_along(indenter, phi)), phi))
+    around = np.asarray(indenter.height(np.minimum(half, indenter.reach_along(phi)), phi))
     around = np.where(np.isfinite(around), around, np.nanmax(height))
     top, usual = float(np.nanmax(values)), float(np.median(around)) * scale_of(height, "m")[0]
     spacing = round_step(usual if usual > 0 else top)

@@ -12,7 +12,7 @@ from flatpunch._support.checks import Array
 from flatpunch.contact import pressure
 from flatpunch.contact.curve import percent
 from flatpunch.contact.dataset import outlines
-from flatpunch.indenters.profile import Indenter, check_indenter, split_angles
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
 from flatpunch.numerics.extents import covered
 from flatpunch.plots.outline import chosen_step, closed, framed, half_width
@@ -101,7 +101,7 @@ def plot_pressure(
 def _mesh(contour: Array, phi: Array, indenter: Indenter) -> tuple[Array, Array]:
     """Points on rays from the apex to the outline, shape (along, rays): rays along the edges of a tip are among them."""
     angles = np.unique(
-        np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), split_angles(indenter), phi[:: 1 + phi.size // SAMPLES]])
+        np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), indenter.split_angles, phi[:: 1 + phi.size // SAMPLES]])
     )
     edge = np.interp(angles, phi, contour, period=2 * np.pi)
     # the pressure may be infinite at either end: it is taken just inside

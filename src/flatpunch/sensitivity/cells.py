@@ -23,7 +23,7 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.methods import BoundaryElements
 from flatpunch.indenters.geometry.flat_end import beside_flat_end
-from flatpunch.indenters.profile import Indenter, is_rising
+from flatpunch.indenters.profile import Indenter
 from flatpunch.media.paths import with_values
 from flatpunch.punch.wavenumbers import composite_gauss, panel_edges
 from flatpunch.sensitivity.parameters import Parameter, difference
@@ -137,7 +137,7 @@ def force_by_tip(
     solution = contact.solution
     found = np.empty(len(wanted))
     ended = reaches_end(IndenterHeight(indenter)(solution.grid), np.asarray(solution.contact))
-    if ended or not is_rising(indenter) or beside_flat_end(indenter, np.array([solution.radius]))[0]:
+    if ended or not indenter.rising or beside_flat_end(indenter, np.array([solution.radius]))[0]:
         for column, parameter in enumerate(wanted):
             steps, forces = [0.0], [solution.force]
             for step in (-_STEP, _STEP):

@@ -17,10 +17,9 @@ from flatpunch.contact.indent import indent
 from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, SecondOrder
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import RoundShape
-from flatpunch.media import Body, PowerLawHalfSpace, TwoBodies, underlying
+from flatpunch.media import Body, underlying
 from flatpunch.media.paths import with_values
 from flatpunch.sensitivity import cells
 from flatpunch.sensitivity import round as discs
@@ -132,7 +131,7 @@ def _of_disc(
     force, stiffness, depth = np.empty((3, len(wanted)))
     force[~of_tip], stiffness[~of_tip], depth[~of_tip] = by_constants
     force[of_tip], stiffness[of_tip], depth[of_tip] = by_shape.force, by_shape.stiffness, by_shape.depth
-    if isinstance(tip, Cylinder):
+    if tip.flat:
         # the contact is the end face, whatever the body
         radius = np.array([float(each.body < 0) for each in wanted])
     else:
@@ -172,8 +171,7 @@ def _on_cells(
 
 def has_power_law(medium: Body) -> bool:
     """Whether a body is a power-law half-space, which the wave solution does not divide by depth."""
-    bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
-    return any(isinstance(body, PowerLawHalfSpace) for body in bodies)
+    return medium.power_law is not None
 
 
 def _by_power_law(

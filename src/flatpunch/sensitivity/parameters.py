@@ -7,47 +7,31 @@ Names are attribute paths: "layers[0].young", "base.poisson", "layers[1].young.e
 from __future__ import annotations
 
 import dataclasses
-import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.indenters import RadialProfile
+from flatpunch._support.numbers import numbers_of
 from flatpunch.media import (
+    AnyLayer,
     Body,
     Constant,
     DepthTable,
-    ElasticBase,
-    GradedLayer,
-    Interface,
-    Medium,
-    PowerLawHalfSpace,
-    RigidBase,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-    TwoBodies,
+    Stack,
 )
 from flatpunch.media.laws import Law
-from flatpunch.media.transverse import CONSTANTS
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
 UNITS = {
     **dict.fromkeys(("young", "modulus", "top", "bottom", "young_in_plane", "young_axial", "shear"), "Pa"),
-    **dict.fromkeys(("thickness", "depth", "radius", "height_removed", "f"), "m"),
-    **dict.fromkeys(("length", "crown", "end_radius", "corner_radius"), "m"),
-    **dict.fromkeys(("half_x", "half_y", "half_z", "half_width", "half_height", "height_at_axes"), "m"),
-    **dict.fromkeys(("inclination", "inclinations", "directions", "tilt_x", "tilt_y"), "rad"),
-    **dict.fromkeys(("A", "B"), "1/m"),
+    **dict.fromkeys(("thickness", "depth"), "m"),
 }
-"""SI units by the name of an attribute; numbers that are not listed have none."""
-
-_NO_SHAPE = {"r", "kinks", "limit", "unit", "start", "smoothing", "near", "reach", "corners"}
-"""Numbers of indenters that say where and how a shape is given, not which shape it is."""
+"""SI units of the numbers of media by the name of an attribute; numbers that are not listed have none."""
 
 _CENTRAL, _BACKWARDS = np.array([-4, -3, -2, -1, 1, 2, 3, 4], dtype=np.intp), -np.arange(9, dtype=np.intp)
 """Steps of central differences, and of those at the upper end of a range."""
@@ -90,8 +74,8 @@ class Parameter:
     part : int
         Layer from the surface down; the base comes last.
     kind : str
-        "young", "poisson" or "thickness" of a layer or base (all five constants of a transversely isotropic one); of others the
-        name of the attribute.
+        "young", "poisson" or "thickness" of a layer or base (all five constants of a transversely isotropic one); of tips what
+        the number is.
     law : callable or None
         Of a number in a law of depth: the law with another value.
     step : float
@@ -110,25 +94,17 @@ class Parameter:
 
 def parameters(medium: Body, indenter: object) -> list[Parameter]:
     """All numbers of a medium and a tip that can be varied."""
-    found = medium_parameters(medium)
-    if dataclasses.is_dataclass(indenter) and not isinstance(indenter, type):
-        found += _tip_parameters(indenter, "indenter")
-    return found
+    return medium_parameters(medium) + _tip_parameters(indenter)
 
 
 def medium_parameters(medium: Body) -> list[Parameter]:
     """All numbers of a medium that can be varied."""
     found = []
-    if isinstance(medium, TwoBodies):
-        elastic = 0
-        for side in ("upper", "lower"):
-            body = getattr(medium, side)
-            if not isinstance(body, RigidBase):
-                found += _body_parameters(body, f"{side}.", elastic)
-                elastic += 1
-        # two power-law half-spaces share their exponent: neither varies alone
-        return [each for each in found if elastic < 2 or each.kind != "exponent"]
-    return _body_parameters(medium, "", 0)
+    sides = [(name, body) for name, body in medium.sides if not body.rigid]
+    for index, (name, body) in enumerate(sides):
+        found += _body_parameters(body, f"{name}." if name else "", index)
+    # two power-law half-spaces share their exponent: neither varies alone
+    return [each for each in found if len(sides) < 2 or each.kind != "exponent"]
 
 
 def difference(function: Callable[[float], Array], value: float, step: float) -> Array:
@@ -171,55 +147,34 @@ def difference_and_error(function: Callable[[float], Array], value: float, step:
     return best
 
 
-def _body_parameters(body: object, prefix: str, index: int) -> list[Parameter]:
+def _body_parameters(body: Stack, prefix: str, index: int) -> list[Parameter]:
     found: list[Parameter] = []
-    layers = body.layers if isinstance(body, Medium) else ()
-    for i, layer in enumerate(layers):
+    for i, layer in enumerate(body.layers):
         name = f"{prefix}layers[{i}]"
-        if isinstance(layer, GradedLayer):
+        if layer.varies:
             found += _law_parameters(layer, name, index, i)
         else:
             found += [
                 Parameter(f"{name}.{kind}", getattr(layer, kind), UNITS.get(kind, ""), index, i, kind)
-                for kind in (*_constants(layer), "thickness")
+                for kind in (*layer.numbers, "thickness")
             ]
-        if isinstance(layer.bonded, Interface):
-            found += [
-                Parameter(f"{name}.bonded.{kind}", value, "Pa/m", index, i, f"{kind} spring")
-                for kind in ("normal", "shear")
-                if (value := getattr(layer.bonded, kind))
-            ]
-    base = body.base if isinstance(body, Medium) else body
-    if isinstance(base, ElasticBase):
         found += [
-            Parameter(f"{prefix}base.{kind}", getattr(base, kind), UNITS.get(kind, ""), index, len(layers), kind)
-            for kind in _constants(base)
+            Parameter(f"{name}.bonded.{kind}", value, "Pa/m", index, i, f"{kind} spring")
+            for kind, value in (("normal", layer.face.normal), ("shear", layer.face.shear))
+            if value
         ]
-    if isinstance(base, PowerLawHalfSpace):
-        found += [
-            Parameter(
-                f"{prefix}base.{kind}",
-                getattr(base, kind),
-                UNITS.get(kind, ""),
-                index,
-                0,
-                kind,
-                step=_step(getattr(base, kind)),
-            )
-            for kind in ("modulus", "depth", "exponent", "poisson")
-        ]
+    for kind in body.base.numbers:
+        value = getattr(body.base, kind)
+        # by differences, not from waves
+        step = _step(value) if body.power_law else 0.0
+        unit = UNITS.get(kind, "")
+        found.append(Parameter(f"{prefix}base.{kind}", value, unit, index, len(body.layers), kind, step=step))
     return found
 
 
-def _constants(body: object) -> tuple[str, ...]:
-    """Names of the elastic constants of a homogeneous layer or base."""
-    anisotropic = isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
-    return CONSTANTS if anisotropic else ("young", "poisson")
-
-
-def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> list[Parameter]:
+def _law_parameters(layer: AnyLayer, name: str, index: int, part: int) -> list[Parameter]:
     found = []
-    for kind in layer.laws:
+    for kind in layer.numbers:
         law = getattr(layer, kind)
         if isinstance(law, Constant):
             found.append(
@@ -261,27 +216,16 @@ def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> lis
     return found
 
 
-def _tip_parameters(tip: DataclassInstance, name: str) -> list[Parameter]:
-    found = []
-    # tips that make their own fields, as from a map, take other arguments
-    taken = inspect.signature(type(tip)).parameters.keys() - _NO_SHAPE
-    for field in dataclasses.fields(tip):
-        value = getattr(tip, field.name)
-        if field.name not in taken:
-            continue
-        unit = UNITS.get(field.name, "")
-        if _is_number(value) and value != 0:
-            found.append(Parameter(f"{name}.{field.name}", float(value), unit, -1, 0, field.name, step=_step(value)))
-        elif isinstance(value, tuple) and value and all(map(_is_number, value)):
-            step = _heights_step(value) if isinstance(tip, RadialProfile) else None
-            found += [
-                Parameter(f"{name}.{field.name}[{j}]", each, unit, -1, 0, field.name, step=step or _step(each))
-                for j, each in enumerate(value)
-                if each != 0
-            ]
-        elif dataclasses.is_dataclass(value) and not isinstance(value, type):
-            found += _tip_parameters(value, f"{name}.{field.name}")
-    return found
+def _tip_parameters(tip: object) -> list[Parameter]:
+    places = list(numbers_of(tip, "indenter"))
+    # the slopes between numbers that ascend must not change their sign
+    rises = np.diff([each.value for each in places if each.number.ascending])
+    least = float(_STEP * rises[rises > 0].min(initial=np.inf))
+    return [
+        Parameter(path, value, number.unit or "", -1, 0, number.what, step=least if number.ascending else _step(value))
+        for path, value, number, _ in places
+        if value != 0
+    ]
 
 
 def _is_number(value: object) -> bool:
@@ -290,12 +234,6 @@ def _is_number(value: object) -> bool:
 
 def _step(value: float) -> float:
     return _STEP * abs(value) if value else _STEP
-
-
-def _heights_step(heights: Iterable[float]) -> float:
-    """Heights of a profile ascend; the slopes between them must not change their sign."""
-    rises = np.diff(np.array(list(heights)))
-    return float(_STEP * rises[rises > 0].min(initial=np.inf))
 
 
 def _table_step(law: DepthTable, j: int) -> float:

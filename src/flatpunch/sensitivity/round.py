@@ -17,7 +17,6 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.axisymmetric.contact_load import contact_load
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.paths import with_values
 from flatpunch.punch.basis import half_space_diagonal
@@ -66,7 +65,7 @@ class Derivatives:
 def contact_at(kernel: Kernel, indenter: Indenter, radius: float, depth: float) -> Contact:
     """The contact of a radius; under a flat end, of a depth."""
     a = np.array([radius])
-    if isinstance(indenter, Cylinder):
+    if indenter.flat:
         responses = punch_family(kernel).at(a / kernel.length if not kernel.homogeneous else a)
         stiffness = float(2 * np.pi * kernel.modulus * radius * responses.flat[0, 0])
         strength = float(1 / np.pi + responses.edge[0, 0])
@@ -128,7 +127,7 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
     root = np.sqrt(table.w)
     punch = modulus * a * (flat @ table.j)
     functional = (np.cos(table.x) / np.pi + edge @ table.j) / (1 / np.pi + float(edge[0]))
-    if isinstance(indenter, Cylinder):
+    if indenter.flat:
         load = contact.depth * punch
     else:
         load = contact_load(kernel, indenter, a, contact.depth, edge=False).transform(table.x / a)
@@ -155,7 +154,7 @@ def _waves_of_series(kernel: Kernel, indenter: Indenter, contact: Contact) -> _W
     terms = sufficient_terms(kernel, beta)
     responses = solve_round(kernel, np.array([beta]), terms)
     flat, edge = responses.flat[0], responses.edge[0]
-    if isinstance(indenter, Cylinder):
+    if indenter.flat:
         series = contact.depth * flat
     else:
         moments = mean_profile(indenter).moments(np.array([a]), terms).b[0]
@@ -209,7 +208,7 @@ def by_tip(kernel: Kernel, indenter: Indenter, contacts: list[Contact], wanted: 
     """Derivatives by numbers of the tip, for each contact: force and depth are linear in the profile, at fixed contact radius."""
     a, stiffness = (np.array([getattr(each, name) for each in contacts]) for name in ("radius", "stiffness"))
     shape = len(contacts), len(wanted)
-    if isinstance(indenter, Cylinder):
+    if indenter.flat:
         change = np.repeat(np.array([each.stiffening for each in contacts])[:, None], len(wanted), axis=1)
         depth = np.array([each.depth for each in contacts])[:, None]
         return [Derivatives(*rows) for rows in zip(change * depth, change, np.zeros(shape), strict=True)]

@@ -46,7 +46,7 @@ def compare(fields: Mapping[str, str], run: bool) -> Plain:
 
 def compare_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     """Return a comparison as a file."""
-    from flatpunch.fit.half_space.pictures import comparison_figure
+    from flatpunch.fit.pictures import comparison_figure
 
     found: xr.Dataset = pickle.loads(kept)
     title = fields.get("title", "")

@@ -52,7 +52,7 @@ def shown(found: Correction) -> Plain:
 
 def correct_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     """Return a correction as a file."""
-    from flatpunch.fit.half_space.pictures import correction_figure
+    from flatpunch.fit.pictures import correction_figure
 
     found: Correction = pickle.loads(kept)
     return file_bytes(kind, found.dataset, found.to_csv, lambda: correction_figure(found, title=_case(fields).title))

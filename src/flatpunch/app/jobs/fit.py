@@ -13,6 +13,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch._support.messages import message
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.progress import reporting
 from flatpunch.app.form import case_data, case_text
 from flatpunch.app.limits import DRAWN
@@ -24,9 +25,8 @@ from flatpunch.files.cases import parsed
 from flatpunch.files.summary import spread
 from flatpunch.files.tables.fields import validated
 from flatpunch.fit.batch import Batch, fit_rows
-from flatpunch.fit.case import DRIFTING, FitCase, drift, fit_case_from
+from flatpunch.fit.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
 from flatpunch.fit.cases import CurveTable
-from flatpunch.fit.describe import describe_fit
 from flatpunch.fit.fitting import fit
 from flatpunch.fit.measured.columns import Table, chosen_columns
 from flatpunch.fit.measured.curve import Curve, CurveError
@@ -34,7 +34,7 @@ from flatpunch.fit.measured.files.readers import EXCEL, TEXT, curve_of, curves_i
 from flatpunch.fit.models import forget_models
 from flatpunch.fit.places import listed, on_grid
 from flatpunch.fit.reading import reading_of, traces
-from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.quantities import label, unit_of
 from flatpunch.fit.report.result import FitResult
 
 if TYPE_CHECKING:
@@ -203,7 +203,7 @@ def _all(case: FitCase, path: Path) -> Plain:
 
 
 def _number(value: float | None, name: str) -> str:
-    return "–" if value is None else quantity(float(value), unit_of(name))
+    return "–" if value is None else text(float(value), unit_of(name))
 
 
 def _drawn(name: str, depth: Array, force: Array) -> Plain:

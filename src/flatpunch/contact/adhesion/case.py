@@ -12,7 +12,6 @@ from flatpunch.contact.adhesion.stability import Stability, stability, steady_ra
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
 
 
@@ -28,7 +27,7 @@ class AdhesiveCase:
     @property
     def pinned(self) -> bool:
         """Whether the contact ends at a flat end's own edge."""
-        return isinstance(self.indenter, Cylinder)
+        return self.indenter.flat
 
 
 def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCase:
@@ -58,7 +57,7 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
         steady = steady_radius(perturbed.base, mean)
         found = stability(perturbed, perturbed.profile, indenter.reach, steady=steady)
         return AdhesiveCase(kernel, indenter, perturbed, found)
-    pinned = isinstance(indenter, Cylinder)
+    pinned = indenter.flat
     # a flat face: f = 0
     profile = PowerProfile(exponent=2.0, factor=0.0) if pinned else mean_profile(indenter)
     branch = Branch(kernel, lambda radius: round_contact(kernel, profile, radius), work)

@@ -23,7 +23,7 @@ from flatpunch.contact.curve import Control, Curve, Extra, first_failure
 from flatpunch.contact.limits import cut_off, steep_faces
 from flatpunch.contact.perturbation.error import estimates
 from flatpunch.contact.pressure_field import PressureField
-from flatpunch.indenters.profile import Indenter, check_rising, is_rising
+from flatpunch.indenters.profile import Indenter, check_rising
 
 TOLERANCE = 1e-6
 """Default gap error over the depth; ten times as much leaves 1e-5 of the force."""
@@ -101,8 +101,8 @@ def solve(
         contour[row], radius[row], area[row] = trace.contour[:: rays // phi.size], trace.radius, trace.area
     converged, inside = np.ones((2, control.values.size), dtype=bool)
     converged[rows] = [solution.converged for solution in found]
-    slope, rising, height = np.zeros(control.values.size), is_rising(indenter), IndenterHeight(indenter)
-    if not rising or getattr(indenter, "cut", False):
+    slope, rising, height = np.zeros(control.values.size), indenter.rising, IndenterHeight(indenter)
+    if not rising or indenter.cut:
         heights = [height(solution.grid) for solution in found]
         ended = [reaches_end(each, solution.contact) for each, solution in zip(heights, found, strict=True)]
         inside[rows] = ~np.array(ended, dtype=bool)
@@ -135,10 +135,10 @@ def solve(
         area=area,
         stiffness=collect("stiffness"),
         contour=contour,
-        valid=sound & (inside | (not getattr(indenter, "cut", False))),
+        valid=sound & (inside | (not indenter.cut)),
         notes=notes
         + (() if rising else steep_faces(slope, depth))
-        + (cut_off(indenter, contour, phi, depth) if not getattr(indenter, "cut", False) else ())
+        + (cut_off(indenter, contour, phi, depth) if not indenter.cut else ())
         + first_failure(~inside, depth, _at_end(indenter)),
         extra={**extra, **(_fields(found, rows, control.values.size) if fields and found else {})},
     )
@@ -156,7 +156,7 @@ def _mean_slope(height: Array, solution: bem.Solution) -> float:
 
 def _at_end(indenter: Indenter) -> str:
     """Sentence about contacts that reach the end of a tip."""
-    if getattr(indenter, "cut", False):
+    if indenter.cut:
         return "the contact reaches the border of the map, beyond which the tip is not known. Ask for less depth."
     return "the contact reaches the end of the tip, which presses like the edge of a punch there."
 

@@ -13,7 +13,7 @@ from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.angular_mean import angular_mean
 from flatpunch.indenters.geometry.flat_end import flat_radius
 from flatpunch.indenters.geometry.symmetry import different_rays
-from flatpunch.indenters.profile import Indenter, height_and_slope
+from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.log_table import log_table
 from flatpunch.numerics.piecewise import PiecewiseChebyshev
 from flatpunch.punch.family import punch_family
@@ -111,7 +111,7 @@ def _terms_of(kernel: Kernel, indenter: Indenter, a: Array, phi: Array) -> Array
     rho, weight = punch_family(kernel).rule(a / kernel.length)
     r = a[:, None] * rho
     # notation: J0 = b[f].c*, J1 = b[r f'].c* per angle; a G = a^2 J0/c0, so G + a g = a (2 J0 + J1)/c0
-    height, slope = height_and_slope(indenter, r[..., None], phi)
+    height, slope = indenter.height_and_slope(r[..., None], phi)
     local = 2 * np.einsum("nj,njp->np", weight, height) + np.einsum("nj,njp->np", weight * r, slope)
     mean = _mean_response(indenter, a, rho, weight)
     second = _second_response(indenter, a, rho, weight)

@@ -8,13 +8,13 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.round.superposition import flat_pressure
-from flatpunch.indenters import Cylinder
+from flatpunch.indenters.profile import Indenter
 from flatpunch.punch.family import punch_family
 
 
-def solve(kernel: Kernel, indenter: Cylinder, control: Control, phi: Array) -> Curve:
+def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
     """Force and depth in proportion, F = K d."""
-    a = np.full_like(control.values, indenter.radius)
+    a = np.full_like(control.values, indenter.reach)
     stiffness = punch_stiffness(kernel, a)
     depth = _depth(control, stiffness)
     valid = np.ones(a.size, dtype=bool)
@@ -34,11 +34,11 @@ def solve(kernel: Kernel, indenter: Cylinder, control: Control, phi: Array) -> C
     )
 
 
-def pressure(kernel: Kernel, indenter: Cylinder, control: Control, r: Array) -> tuple[Array, Array]:
+def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array) -> tuple[Array, Array]:
     """Pressure of the flat punch at distances r, and its error, shape (n,) each [Pa]."""
-    a = np.full(1, indenter.radius)
+    a = np.full(1, indenter.reach)
     depth = float(_depth(control, punch_stiffness(kernel, a))[0])
-    return flat_pressure(kernel, indenter.radius, depth, r)
+    return flat_pressure(kernel, indenter.reach, depth, r)
 
 
 def punch_stiffness(kernel: Kernel, radius: Array) -> Array:

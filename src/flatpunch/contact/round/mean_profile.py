@@ -35,7 +35,7 @@ def mean_profile(indenter: Indenter) -> RoundProfile:
         zero = np.zeros(1)
         return SampledProfile(lambda r: indenter.height(r, zero), lambda r: indenter.slope(r, zero), indenter.rings)
     mean = angular_mean(indenter)
-    nodes = NODES if getattr(indenter, "tabulated", False) else 0
+    nodes = NODES if indenter.tabulated else 0
     return SampledProfile(mean.height, mean.slope, indenter.rings, nodes)
 
 

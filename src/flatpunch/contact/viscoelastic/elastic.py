@@ -16,7 +16,6 @@ from flatpunch.compliance import Kernel
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.radius_search import PER_DECADE
 from flatpunch.contact.round.superposition import spline
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 
 
@@ -127,7 +126,7 @@ functions are power laws."""
 def elastic_curve(solve: Solve, kernel: Kernel, indenter: Indenter, deepest: float, phi: Array) -> ElasticCurve:
     """Tabulate a method's curve up to the depth `deepest`."""
     x = np.log(deepest) + np.log(10) / _PER_DECADE * np.arange(-10 * _PER_DECADE, 1)
-    flat = isinstance(indenter, Cylinder)
+    flat = indenter.flat
     angles = phi[:1] if indenter.round else phi
     depth = np.exp(x)
     depth[-1] = deepest

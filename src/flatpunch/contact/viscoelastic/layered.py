@@ -27,12 +27,11 @@ from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.contact.viscoelastic.each_layer import Relaxations, with_moduli
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
     HalfSpace,
-    Medium,
     Prony,
+    Stack,
 )
 from flatpunch.numerics.gauss import gauss
 
@@ -80,7 +79,7 @@ class _Flexibility:
 
     @classmethod
     def of(
-        cls, medium: Medium, relaxing: Relaxations, radius: float, span: float, rings: int, per_decade: int
+        cls, medium: Stack, relaxing: Relaxations, radius: float, span: float, rings: int, per_decade: int
     ) -> _Flexibility:
         width = radius / rings
         x = width * (np.arange(rings, dtype=float) + 0.5)
@@ -108,7 +107,7 @@ class _Flexibility:
         return cls(x, width, times, matrices)
 
 
-def _wavenumbers(medium: Medium, radius: float) -> tuple[Array, Array]:
+def _wavenumbers(medium: Stack, radius: float) -> tuple[Array, Array]:
     """Gauss nodes and weights over all wavenumbers at which layers add to the surface material."""
     kernel = compliance(medium)
     last = kernel.cutoff / kernel.length
@@ -228,7 +227,7 @@ def _edge(flexibility: _Flexibility, state: _State) -> float:
 class _Case:
     """A history, with rings up to the `largest` radius [m]."""
 
-    medium: Medium
+    medium: Stack
     indenter: Indenter
     control: Control
     time: Array
@@ -237,7 +236,7 @@ class _Case:
 
 
 def solve_layered(
-    medium: Medium, indenter: Indenter, control: Control, time: Array, relaxing: Relaxations, phi: Array
+    medium: Stack, indenter: Indenter, control: Control, time: Array, relaxing: Relaxations, phi: Array
 ) -> Curve:
     """Follow a history of depths [m] or forces [N] at ascending times [s], linear in between, of a round tip.
 
@@ -292,8 +291,8 @@ def _error_of_rings(case: _Case, instant: list[float], given: slice) -> Array:
 
 def _elastic(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Array, Array, Array]:
     """Depth [m], force [N] and stiffness [N/m] of an elastic contact."""
-    if isinstance(indenter, Cylinder):
-        stiffness = np.full(control.values.size, punch_stiffness(kernel, np.array([indenter.radius]))[0])
+    if indenter.flat:
+        stiffness = np.full(control.values.size, punch_stiffness(kernel, np.array([indenter.reach]))[0])
         depth = control.values if control.name == "depth" else control.values / stiffness
         return depth, stiffness * depth, stiffness
     _, contact = mean_contact(kernel, indenter, control)
@@ -311,11 +310,11 @@ class _Response:
 
 
 def _largest_radius(
-    medium: Medium, indenter: Indenter, control: Control, instant: list[float], relaxing: Relaxations, time: Array
+    medium: Stack, indenter: Indenter, control: Control, instant: list[float], relaxing: Relaxations, time: Array
 ) -> float:
     """Largest contact radius that elastic bodies with the first and the last moduli have [m]."""
-    if isinstance(indenter, Cylinder):
-        return indenter.radius
+    if indenter.flat:
+        return indenter.reach
     span = np.array([time[-1] - time[0]])
     final = [1.0 if each is None else max(float(each(span)[0]), 1e-6) for each in relaxing]
     most = Control(control.name, control.values.max(keepdims=True))
@@ -328,7 +327,7 @@ def _run(case: _Case, coarser: int) -> _Response:
     rings, per_decade = _RINGS // coarser, _PER_DECADE - (coarser > 1)
     span = float(case.time[-1] - case.time[0])
     flexibility = _Flexibility.of(case.medium, case.relaxing, case.largest, span, rings, per_decade)
-    flat = isinstance(case.indenter, Cylinder)
+    flat = case.indenter.flat
     touch = np.zeros(flexibility.x.size)
     if not flat:
         touch = round_contact(compliance(HalfSpace(1.0, 0.0)), mean_profile(case.indenter), flexibility.x).depth

@@ -24,7 +24,6 @@ from flatpunch.compliance import Kernel
 from flatpunch.fields.axisymmetric.panels import Edge, Edges
 from flatpunch.fields.axisymmetric.power_law import power_law_load
 from flatpunch.fields.axisymmetric.ring_sources import RingSources, sampled
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import edge_signs, half_space_diagonal
@@ -155,7 +154,7 @@ def _projected(function: Callable[[Array], Array], radius: float, terms: int) ->
 def _indentation(indenter: Indenter, again: bool) -> Callable[[Array], Array]:
     """w(t) [m], which on a half-space is the depth that brings the contact to the radius t."""
     zero = np.zeros(1)
-    if isinstance(indenter, Cylinder):
+    if indenter.flat:
         return np.zeros_like
     if indenter.exponent is not None:
         n = indenter.exponent
@@ -163,7 +162,7 @@ def _indentation(indenter: Indenter, again: bool) -> Callable[[Array], Array]:
         factor = height * n * np.sqrt(np.pi) / 2 * gamma(n / 2) / gamma((n + 1) / 2)
         return lambda t: factor * t**n
     rings = np.array(sorted(indenter.rings))
-    nodes = _TABLE_ANGLES if getattr(indenter, "tabulated", False) else _ANGLES
+    nodes = _TABLE_ANGLES if indenter.tabulated else _ANGLES
     x, weight = gauss(nodes + nodes // 4 * again)
 
     def sunk(t: Array) -> Array:

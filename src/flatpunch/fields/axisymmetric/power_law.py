@@ -26,7 +26,6 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.fields.axisymmetric.panels import Edges
 from flatpunch.fields.axisymmetric.ring_sources import RingSources, sampled
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.power_law import power_law_punch
@@ -44,7 +43,7 @@ def power_law_load(
     """Ring sources of a round contact on a power-law half-space; `breaks` end with its radius; else as `contact_load`."""
     e, radius = kernel.exponent, float(breaks[-1])
     constant = float(power_law_punch(kernel).stiffness(np.ones(1))[0]) / (np.pi * beta_function(0.5, 1 + e / 2))
-    own = None if isinstance(indenter, Cylinder) else _depths(kernel, indenter, breaks)
+    own = None if indenter.flat else _depths(kernel, indenter, breaks)
     # without adhesion the depth is the one at which g vanishes at the rim
     top = depth if edges[-1].power < 0 or own is None else float(own.value(breaks[-1:])[0])
 

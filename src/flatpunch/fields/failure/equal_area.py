@@ -15,15 +15,15 @@ from flatpunch._support.byte_cache import byte_cached
 from flatpunch.bem.bounding_box import Extent
 from flatpunch.bem.height import IndenterHeight
 from flatpunch.indenters import RadialProfile
-from flatpunch.indenters.profile import Indenter, NotRising, has_parts
+from flatpunch.indenters.profile import Indenter, NotRising
 
 
 @byte_cached
 def counted_by(indenter: Indenter) -> Indenter:
     """The tip itself, or the round one of equal level areas."""
-    if not has_parts(indenter):
+    if not indenter.has_parts:
         return indenter
-    if not getattr(indenter, "cut", False):
+    if not indenter.cut:
         raise NotRising(
             f"indenter = {type(indenter).__name__}: its highest stresses lie along edges and ends that the cells of the search "
             "do not resolve. `fields` gives the stresses at points, with their error; a crowned Roller is searched."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
 
@@ -15,8 +14,8 @@ paraboloid, whose ratio is zero: splines of measured heights leave small slopes.
 
 def singular_place(indenter: Indenter, radius: float) -> tuple[float, float] | None:
     """Place (x, y) of infinite pressure in contacts of that radius [m]; None if there is none."""
-    if isinstance(indenter, Cylinder):
-        return indenter.radius, 0.0
+    if indenter.flat:
+        return indenter.reach, 0.0
     if (indenter.exponent is not None and indenter.exponent <= 1) or is_pointed(indenter, radius):
         return 0.0, 0.0
     if indenter.round:
@@ -32,7 +31,7 @@ def is_pointed(indenter: Indenter, radius: float) -> bool:
     """Whether a tip that is no power law begins like a cone or a wedge."""
     if indenter.exponent is not None:
         return False
-    ends = [*indenter.rings, *getattr(indenter, "scales", ()), indenter.reach]
+    ends = [*indenter.rings, *indenter.scales, indenter.reach]
     first = min([each for each in ends if 0 < each < np.inf], default=radius)
     # round tips have a slope at the apex; that of others depends on the direction, beside it
     beside = 0.0 if indenter.round else 1e-3 * first
@@ -44,7 +43,7 @@ def is_pointed(indenter: Indenter, radius: float) -> bool:
 
 def pointed_table(indenter: Indenter) -> tuple[str, ...]:
     """Note on a load of zero under a tip whose slope at its apex comes from a table."""
-    if not (indenter.round and getattr(indenter, "tabulated", False)):
+    if not (indenter.round and indenter.tabulated):
         return ()
     slope = float(np.asarray(indenter.slope(np.zeros(1), np.zeros(1)))[0])
     if slope == 0:

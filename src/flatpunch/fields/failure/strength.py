@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, shown
+from flatpunch._support.checks import Array, shown
+from flatpunch._support.numbers import Checked, a_pressure
 from flatpunch._support.readable import readable
-from flatpunch.fields.bodies import Solid
 from flatpunch.fields.invariants import principal, von_mises
-from flatpunch.media import Medium
+from flatpunch.media import Stack
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Strength:
+class Strength(Checked):
     """Strengths of a layer and of the interface below it; criteria left as None are not checked.
 
     Parameters
@@ -46,17 +46,11 @@ class Strength:
     Strength(yield_stress=2e+09, tensile=None, shear=None, interface_tension=None, interface_shear=None)
     """
 
-    yield_stress: float | None = None
-    tensile: float | None = None
-    shear: float | None = None
-    interface_tension: float | None = None
-    interface_shear: float | None = None
-
-    def __post_init__(self) -> None:
-        for each in fields(self):
-            value = getattr(self, each.name)
-            if value is not None:
-                object.__setattr__(self, each.name, positive(f"Strength.{each.name}", value, unit="Pa"))
+    yield_stress: Annotated[float | None, a_pressure("yield stress")] = None
+    tensile: Annotated[float | None, a_pressure("tensile strength")] = None
+    shear: Annotated[float | None, a_pressure("shear strength")] = None
+    interface_tension: Annotated[float | None, a_pressure("interface, tension")] = None
+    interface_shear: Annotated[float | None, a_pressure("interface, shear")] = None
 
     @property
     def of_bulk(self) -> bool:
@@ -87,9 +81,9 @@ class Strength:
             yield "interface shear", np.hypot(stress[3], stress[4]) / self.interface_shear
 
 
-def checked_strengths(body: Solid, strengths: Any) -> tuple[Strength, ...]:
+def checked_strengths(body: Stack, strengths: Any) -> tuple[Strength, ...]:
     """One strength for each layer and the base."""
-    layers = len(body.layers) if isinstance(body, Medium) else 0
+    layers = len(body.layers)
     given: Sequence[object] = (strengths,) if isinstance(strengths, Strength) else strengths
     if not isinstance(given, (list, tuple)):
         raise TypeError(

@@ -1,160 +1,122 @@
-"""Tables of a case file that describe the indenter: one model per `kind`."""
+"""Tables of a case file that describe the indenter: one for each kind, made of the constructors of the tips."""
 
 from __future__ import annotations
 
-import math
 import re
+from collections.abc import Iterator
+from functools import reduce
+from operator import or_
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-import numpy as np
 from pydantic import Field
 
 from flatpunch import indenters
 from flatpunch._support.checks import BadValue, positive, shown
+from flatpunch._support.numbers import arguments
 from flatpunch._support.reading import Unreadable, content
 from flatpunch.files import units
-from flatpunch.files.tables.fields import Angle, Count, Curvature, Length, Number, Table
-from flatpunch.files.tables.tips import TIP_TABLES, WornTable
+from flatpunch.files.height_maps import read_height_map
+from flatpunch.files.tables.fields import Angle, Count, Length, Number, Switch, Table
+from flatpunch.files.tables.made import Made, table_of
+from flatpunch.indenters._common import CaseFile
 from flatpunch.indenters.profile import Indenter
 
 
-class ParaboloidTable(Table):
-    """f = r^2 / (2 radius)."""
-
-    describes: ClassVar[type] = indenters.Paraboloid
-    section: ClassVar[str] = "indenter"
-    kind: Literal["paraboloid"]
-    radius: Length
-
-
-class SphereTable(Table):
-    """True sphere, up to its equator."""
-
-    describes: ClassVar[type] = indenters.Sphere
-    section: ClassVar[str] = "indenter"
-    kind: Literal["sphere"]
-    radius: Length
-
-
-class CylinderTable(Table):
-    """Cylinder with a flat end."""
-
-    describes: ClassVar[type] = indenters.Cylinder
-    section: ClassVar[str] = "indenter"
-    kind: Literal["cylinder"]
-    radius: Length
-
-
-class EllipticTable(Table):
-    """f = A x^2 + B y^2, by A and B or by the two radii of curvature, A = 1/(2 radius_x)."""
+class TiltedTable(Made):
+    """Tips that may be tilted against the surface."""
 
     section: ClassVar[str] = "indenter"
-    kind: Literal["elliptic-paraboloid"]
-    A: Curvature | None = None
-    B: Curvature | None = None
-    radius_x: Length | None = None
-    radius_y: Length | None = None
+    tilt_x: Angle | None = None
+    tilt_y: Angle | None = None
 
     def build(self, folder: Path) -> Indenter:
         """Return the indenter."""
-        curvatures, radii = (self.A, self.B), (self.radius_x, self.radius_y)
-        by_curvature, by_radius = None not in curvatures, None not in radii
-        if by_curvature == by_radius or any(value is not None for value in (radii if by_curvature else curvatures)):
-            raise ValueError(
-                "give either A and B (f = A x^2 + B y^2) or radius_x and radius_y, and only one of the two pairs."
-            )
-        if self.A is not None and self.B is not None:
-            return indenters.EllipticParaboloid(self.A, self.B)
-        x, y = (positive(name, getattr(self, name), "The tip is convex.") for name in ("radius_x", "radius_y"))
-        return indenters.EllipticParaboloid(0.5 / x, 0.5 / y)
+        return self.tilted(self.made())
+
+    def tilted(self, tip: Indenter) -> Indenter:
+        """Return the tip with the tilt of the table."""
+        if self.tilt_x is None and self.tilt_y is None:
+            return tip
+        return indenters.Tilted(tip, self.tilt_x or 0.0, self.tilt_y or 0.0)
 
 
-class _Inclined(WornTable):
-    """Faces given by their inclination to the surface, or by the half opening angle between axis and face."""
+class WornTable(TiltedTable):
+    """Pointed tips, which may be rounded or flat at the end: by a sphere of `tip_radius`, or cut off by `height_removed`."""
 
-    inclination: Angle | None = None
-    half_opening_angle: Angle | None = None
-
-    def angle(self) -> float:
-        """Inclination [rad]."""
-        if (self.inclination is None) == (self.half_opening_angle is None):
-            raise ValueError(
-                "give either inclination (between the surface and a face) or half_opening_angle (between the axis and a face)."
-            )
-        if self.inclination is not None:
-            return self.inclination
-        assert self.half_opening_angle is not None
-        if not 0 < self.half_opening_angle < math.pi / 2:
-            raise BadValue("half_opening_angle", repr(self.half_opening_angle), "must lie between 0 and 90 degrees.")
-        return math.pi / 2 - self.half_opening_angle
-
-
-class ConeTable(_Inclined):
-    """f = tan(inclination) r."""
-
-    section: ClassVar[str] = "indenter"
-    kind: Literal["cone"]
+    tip_radius: Length | None = None
+    true_sphere: Switch | None = None
+    height_removed: Length | None = None
 
     def build(self, folder: Path) -> Indenter:
-        """Return the indenter."""
-        return self.worn(indenters.Cone(self.angle()))
+        """Return the sharp tip rounded or cut off, and tilted."""
+        sharp = self.made()
+        if self.tip_radius is not None and self.height_removed is not None:
+            raise ValueError("give tip_radius (rounded) or height_removed (flat), not both.")
+        if self.true_sphere is not None and self.tip_radius is None:
+            raise ValueError("true_sphere has no meaning without tip_radius: it is the form of the rounding.")
+        if self.height_removed is not None:
+            # what is cut off after tilting has a level flat, which is how tips wear
+            return indenters.Truncated(self.tilted(sharp), self.height_removed)
+        if self.tip_radius is None:
+            return self.tilted(sharp)
+        positive("tip_radius", self.tip_radius)
+        cap = {} if self.true_sphere is None else {"true_sphere": self.true_sphere}
+        return self.tilted(indenters.Rounded(sharp, self.tip_radius, **cap))
 
 
-class PyramidTable(_Inclined):
-    """f = tan(inclination) times the largest distance along a face normal."""
-
-    section: ClassVar[str] = "indenter"
-    kind: Literal["pyramid"]
-    sides: Count
-
-    def build(self, folder: Path) -> Indenter:
-        """Return the indenter."""
-        return self.worn(indenters.Pyramid(self.sides, self.angle()))
-
-
-class PowerLawTable(Table):
-    """f = height (r / radius)^exponent, times a factor over the polar angle if `angles` and `factors` are given."""
-
-    section: ClassVar[str] = "indenter"
-    kind: Literal["power-law"]
-    exponent: Number
-    radius: Length
-    height: Length
-    angles: list[Angle] | None = None
-    factors: list[Number] | None = None
-    corners: list[Angle] = Field(default=[])
-
-    def build(self, folder: Path) -> Indenter:
-        """Return the indenter."""
-        if (self.angles is None) != (self.factors is None):
-            raise ValueError("angles and factors belong together: one factor for each polar angle of one turn.")
-        for name in ("radius", "height"):
-            positive(f"PowerLaw.{name}", getattr(self, name))
-        psi = self.height / self.radius**self.exponent
-        if self.angles is None or self.factors is None:
-            return indenters.PowerLaw(self.exponent, psi)
-        return indenters.PowerLaw(self.exponent, (self.angles, [psi * factor for factor in self.factors]), self.corners)
-
-
-class ProfileTable(Table):
+class _ProfileTable(Made):
     """Measured round profile: two lists of lengths, or a CSV file next to the case file."""
 
-    section: ClassVar[str] = "indenter"
-    kind: Literal["radial-profile"]
-    r: list[Length] | None = None
-    f: list[Length] | None = None
-    kinks: list[Length] = Field(default=[])
-    smoothing: Length = 0.0
     file: str | None = None
 
     def build(self, folder: Path) -> Indenter:
         """Return the indenter."""
-        if (self.file is None) == (self.r is None) or (self.r is None) != (self.f is None):
+        given = {name: getattr(self, name) for name in arguments(indenters.RadialProfile)}
+        r, f = given["r"], given["f"]
+        if (self.file is None) == (r is None) or (r is None) != (f is None):
             raise ValueError("give either file (a CSV with the columns r and f) or both lists r and f.")
-        r, f = (self.r, self.f) if self.file is None else read_profile(folder / self.file)
-        radii, heights = np.asarray(r, dtype=float), np.asarray(f, dtype=float)
-        return indenters.RadialProfile(radii, heights, self.kinks, smoothing=self.smoothing)
+        if self.file is not None:
+            given["r"], given["f"] = read_profile(folder / self.file)
+        return indenters.RadialProfile(**given)
+
+    @classmethod
+    def proposed(cls) -> set[str]:
+        """The page reads no files."""
+        return {"r", "f"}
+
+
+class HeightMapTable(TiltedTable):
+    """Measured map of a tip or of an asperity."""
+
+    kind: Literal["height-map"]
+    file: str
+    apex: Literal["lowest", "highest"] = "lowest"
+    level: Switch = False
+    smoothing: Length = 0.0
+    near: list[Length] | None = None
+    reach: Length | Literal["usable"] | None = None
+    channel: Count | None = None
+    height_scale: Number = 1.0
+
+    def build(self, folder: Path) -> Indenter:
+        """Return the indenter."""
+        if self.near is not None and len(self.near) != 2:
+            raise ValueError(f"near has {len(self.near)} entries; it is a point, two lengths [x, y].")
+        try:
+            tip = read_height_map(
+                folder / self.file,
+                apex=self.apex,
+                level=self.level,
+                smoothing=self.smoothing,
+                near=None if self.near is None else (self.near[0], self.near[1]),
+                reach=self.reach,
+                channel=self.channel,
+                height_scale=self.height_scale,
+            )
+        except ImportError as error:
+            raise ValueError(str(error)) from None
+        return self.tilted(tip)
 
 
 def read_profile(path: Path) -> tuple[list[float], list[float]]:
@@ -223,15 +185,23 @@ def _column_scale(cell: str, expected: str, name: str) -> float:
         raise BadValue("file", shown(name), f"has the column heading {shown(cell)}, whose unit {error}") from None
 
 
-IndenterTable = Annotated[
-    ParaboloidTable
-    | EllipticTable
-    | SphereTable
-    | ConeTable
-    | PyramidTable
-    | PowerLawTable
-    | ProfileTable
-    | CylinderTable
-    | TIP_TABLES,
-    Field(discriminator="kind", description="a table [indenter] such as kind = 'sphere', radius = '5 um'"),
-]
+def _tables() -> Iterator[Any]:
+    """Tables of all kinds of tips: those that are marked in their own files, and those of measured ones."""
+    for name in indenters.__all__:
+        made = getattr(indenters, name)
+        marked: CaseFile | None = made.__dict__.get("_case_file_")
+        if marked is not None:
+            base = WornTable if marked.wears else TiltedTable if marked.tilts else Made
+            kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower()
+            yield table_of(kind, "indenter", [getattr(made, way) if way else made for way in marked.ways], base)
+    yield table_of("radial-profile", "indenter", [indenters.RadialProfile], _ProfileTable, {"r", "f"})
+    yield HeightMapTable
+
+
+if TYPE_CHECKING:
+    IndenterTable = Table
+else:
+    IndenterTable = Annotated[
+        reduce(or_, _tables()),
+        Field(discriminator="kind", description="a table [indenter] such as kind = 'sphere', radius = '5 um'"),
+    ]

@@ -1,45 +1,21 @@
-"""Tables of a case file for bodies that relax: [relaxation], one model per `kind`."""
+"""Tables of case files for bodies that relax: [relaxation], one for each `kind`, made of the classes."""
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
 from pathlib import Path
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from flatpunch.files.tables.fields import Number, Table, Time
+from flatpunch.files.tables.fields import Table
+from flatpunch.files.tables.made import table_of
 from flatpunch.media import PowerLawRelaxation, Prony, StandardLinearSolid
 
-
-class PronyTable(Table):
-    """psi(t) = equilibrium + sum_j weights_j exp(-t/times_j)."""
-
-    describes: ClassVar[type] = Prony
-    section: ClassVar[str] = "relaxation"
-    kind: Literal["prony"]
-    weights: list[Number]
-    times: list[Time]
-    equilibrium: Number | None = None
-
-
-class StandardLinearSolidTable(Table):
-    """psi(t) = equilibrium + (1 - equilibrium) exp(-t/time)."""
-
-    describes: ClassVar[type] = StandardLinearSolid
-    section: ClassVar[str] = "relaxation"
-    kind: Literal["standard-linear-solid"]
-    equilibrium: Number
-    time: Time
-
-
-class PowerLawRelaxationTable(Table):
-    """psi(t) = (t/time)^-exponent."""
-
-    describes: ClassVar[type] = PowerLawRelaxation
-    section: ClassVar[str] = "relaxation"
-    kind: Literal["power-law"]
-    exponent: Number
-    time: Time
+_SERIES = {"prony": Prony, "standard-linear-solid": StandardLinearSolid}
+_ALL = _SERIES | {"power-law": PowerLawRelaxation}
+_TABLES = {kind: table_of(kind, "relaxation", [made]) for kind, made in _ALL.items()}
 
 
 class ElasticTable(Table):
@@ -52,25 +28,34 @@ class ElasticTable(Table):
         """Return nothing: no relaxation."""
 
 
+if TYPE_CHECKING:
+    _BodyTable = Table
+    RelaxationTable = Table
+else:
+    _BodyTable = Annotated[reduce(or_, [*map(_TABLES.get, _SERIES), ElasticTable]), Field(discriminator="kind")]
+    RelaxationTable = Annotated[
+        reduce(or_, _TABLES.values()),
+        Field(discriminator="kind", description="a table [relaxation] with its kind"),
+    ]
+
+
 class EachTable(Table):
     """One relaxation for each layer from the surface down, then for the base if it is elastic."""
 
     section: ClassVar[str] = "relaxation"
     kind: Literal["each"]
-    bodies: list[Annotated[PronyTable | StandardLinearSolidTable | ElasticTable, Field(discriminator="kind")]]
+    bodies: list[_BodyTable]
 
     def build(self, folder: Path) -> tuple[Prony | StandardLinearSolid | None, ...]:
         """Return the entries that `indent` takes."""
         return tuple(entry.built for entry in self.bodies)
 
 
-RelaxationTable = Annotated[
-    PronyTable | StandardLinearSolidTable | PowerLawRelaxationTable,
-    Field(discriminator="kind", description="a table [relaxation] with its kind"),
-]
-
-CaseRelaxationTable = Annotated[
-    PronyTable | StandardLinearSolidTable | PowerLawRelaxationTable | EachTable,
-    Field(discriminator="kind", description="a table [relaxation] with its kind"),
-]
+if TYPE_CHECKING:
+    CaseRelaxationTable = Table
+else:
+    CaseRelaxationTable = Annotated[
+        reduce(or_, [*_TABLES.values(), EachTable]),
+        Field(discriminator="kind", description="a table [relaxation] with its kind"),
+    ]
 """Contacts take lists for layers that relax each in its own way; fits take one relaxation."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from pydantic import Field
@@ -13,8 +13,9 @@ from flatpunch._support.checks import Array, non_negative
 from flatpunch._support.paths import Plain
 from flatpunch.fields import Strength
 from flatpunch.files.tables.fields import Angle, Number, Pressure, Table
+from flatpunch.files.tables.made import Made, table_of
 from flatpunch.files.tables.steps import LengthSteps, steps_of
-from flatpunch.media import Body, TwoBodies, underlying
+from flatpunch.media import Body, underlying
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ class StressCase:
     def critical(self, medium: Body) -> Plain:
         """What `critical_load` takes by name besides the medium and the tip."""
         strengths: Any = list(self.strengths)
-        if isinstance(underlying(medium), TwoBodies):
+        if underlying(medium).pair:
             strengths = [list(each) or None for each in (self.upper_strengths, self.strengths)]
         elif self.upper_strengths:
             raise ValueError(
@@ -87,15 +88,11 @@ class StressCase:
         }
 
 
-class StrengthTable(Table):
-    """[[stress.strengths]]: of one layer, in the order of the layers; the one after the last layer is the base."""
-
-    describes: ClassVar[type] = Strength
-    yield_stress: Pressure | None = None
-    tensile: Pressure | None = None
-    shear: Pressure | None = None
-    interface_tension: Pressure | None = None
-    interface_shear: Pressure | None = None
+if TYPE_CHECKING:
+    StrengthTable = Made
+else:
+    # [[stress.strengths]]: of one layer, in the order of the layers; the one after the last layer is the base
+    StrengthTable = table_of("", "strengths", [Strength])
 
 
 class StressTable(Table):

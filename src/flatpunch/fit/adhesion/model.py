@@ -18,8 +18,7 @@ from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indent import indent
-from flatpunch.fit.adhesion.branch import StableBranch
-from flatpunch.fit.adhesion.tables import BranchFamily, BranchTables, branch_tables
+from flatpunch.fit.adhesion.branch import BranchFamily, BranchTables, StableBranch, branch_tables
 from flatpunch.fit.parameters.free_parameters import SampleParameters
 from flatpunch.fit.parameters.sample import WORK, Sample
 from flatpunch.fit.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
@@ -146,7 +145,7 @@ def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:
     if found.modulus:
         back[found.modulus], tension[found.modulus] = -0.5, 0.5
     if found.length:
-        back[found.length], tension[found.length] = 0.5, 1.5
+        back[found.length], tension[found.length] = 1 / 2, 3 / 2
     return back, tension
 
 

@@ -20,8 +20,9 @@ from flatpunch.fit.judge.background import Background, likeliest
 from flatpunch.fit.judge.record import white_noise
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
-from flatpunch.fit.least_squares.speed import check_drag, speed_of
+from flatpunch.fit.least_squares.problem import Setup, contact_ends, enough, with_nuisance
+from flatpunch.fit.least_squares.speed import with_speed
+from flatpunch.fit.least_squares.starts import tried
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.orientation import Approach, approach_of
 from flatpunch.fit.measured.signal import CLEAR, converter_step, noise_of, spread_of
@@ -32,11 +33,13 @@ from flatpunch.fit.parameters.unknowns import frame_of
 
 _FREE = 0.2
 """Share of the points, at the far end, that shows the baseline and its noise."""
+_LITTLE = 0.02
+"""Share of the readings, or of their range, that is next to nothing."""
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
-_RATIOS, _CONTACTS, _SCANNED, _MEANS = 9, 24, 150, 300
-"""Works of adhesion or moduli, contact points, and points of the curve of a scan, and means of a descent; more cost time only."""
+_RATIOS, _MEANS = 9, 300
+"""Works of adhesion or moduli of a scan, and means of the curve in contact; more cost time only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +126,7 @@ def _background(found: Approach, settings: Settings) -> Array:
     position = curve.position
     if settings.baseline != "linear":
         return np.full(n, float(np.median(curve.force[far])))
-    if top > 0.2 * n:
+    if top > _FREE * n:
         far[: int(_FREE * top)] = True
     slope, level = np.polyfit(position[far], curve.force[far], 1)
     return np.asarray(slope * position + level)
@@ -134,13 +137,13 @@ def _segments(found: Approach, settings: Settings) -> list[Segment]:
     n, force = curve.force.size, curve.force - _background(found, settings)
     top, leaves = found.end - found.begin - 1, found.leaves - found.begin
     out, back = np.arange(leaves, n), np.arange(top, -1, -1)
-    if out.size < FEWEST or np.ptp(curve.position[leaves:]) < 0.02 * np.ptp(curve.position):
+    if out.size < FEWEST or np.ptp(curve.position[leaves:]) < _LITTLE * np.ptp(curve.position):
         raise CurveError(
             f"{curve.name}: the work of adhesion is fitted to the retract, and this curve ends at its deepest point. Give the "
             "whole cycle (read all segments of the file), or leave work_of_adhesion out."
         )
     # the start of a whole cycle knows the force without contact
-    reference = float(np.median(force[: max(n // 20, FEWEST)])) if top > 0.2 * n else -np.inf
+    reference = float(np.median(force[: max(n // 20, FEWEST)])) if top > _FREE * n else -np.inf
     retract = _segment(curve, force, out, "retract", reference)
     if settings.segment != "both":
         return [retract]
@@ -170,10 +173,10 @@ def _segment(curve: Curve, over: Array, points: Indices, name: str, reference: f
             + ("to be seen. Leave work_of_adhesion out." if name == "retract" else "to be seen. Use segment='retract'.")
         )
     # as many points as bring the noise of their mean to a twentieth of the dip
-    m = int(np.clip(np.ceil((noise / (0.05 * dip)) ** 2), 1, max(force.size // 50, 1)))
+    m = int(np.clip(np.ceil((noise / (0.05 * dip)) ** 2), 1, max(int(_LITTLE * force.size), 1)))
     ahead = np.convolve(force, np.full(m, 1 / m), "full")[m - 1 :] if m > 1 else force
     gone = np.flatnonzero(ahead[lowest:] > baseline - _LET_GO * dip)
-    if not gone.size or force.size - lowest - gone[0] < max(FEWEST, 0.02 * force.size):
+    if not gone.size or force.size - lowest - gone[0] < max(FEWEST, _LITTLE * force.size):
         raise CurveError(_NOT_GONE.format(name=curve.name, way=name))
     jump = lowest + int(gone[0])
     settled = np.flatnonzero(ahead[jump:] > baseline - max(3 * noise / np.sqrt(m), 0.03 * dip))
@@ -199,11 +202,8 @@ class _Start:
 
     def setup(self, used: Flags, notes: tuple[str, ...], start: Array | None = None) -> Setup:
         """The problem with some points; behind its cantilever once there is a start."""
-        taken, speed = self.part.taken(used), speed_of(self.part, self.settings)
-        if speed is not None:
-            check_drag(self.part, self.settings)
-            self.part.meta["speed"] = speed
-        held = self.settings.held
+        part, speed = with_speed(self.part, self.settings)
+        taken, held = part.taken(used), self.settings.held
         # the same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go
         objective = Objective(
             model=self.model,
@@ -212,18 +212,16 @@ class _Start:
             nuisance=self.settings.nuisance,
             held={**held, "contact": self.turned * held["contact"]},
             turned=self.turned,
-            frame=frame_of(self.part.depth, self.part.force, self.part.position, speed),
+            frame=frame_of(part.depth, part.force, part.position, speed),
             spring=None if start is None else taken.spring_constant,
-            softest=None if taken.spring_constant is None else -0.75 * taken.spring_constant,
+            softest=None if taken.spring_constant is None else -3 / 4 * taken.spring_constant,
             speed=speed[used] if speed is not None else None,
             loaded=np.flatnonzero(self.in_contact[used]),
             part_loaded=np.flatnonzero(self.in_contact),
         )
         enough(taken, objective)
         low, high = self._contacts(objective)
-        slack = high - low
-        asked = self.settings.contact_limits(self.turned)
-        ends = (low - slack if asked[0] is None else asked[0], high + slack if asked[1] is None else asked[1])
+        ends = contact_ends(self.settings, self.turned, 2 * low - high, 2 * high - low)
         lower, upper = with_nuisance(objective, self.limits, ends)
         fitted = objective
         if self.background.size:
@@ -231,12 +229,12 @@ class _Start:
             free = np.delete(objective.force, objective.loaded)
             fitted = _white(_means(objective), self.background, white_noise(free, 0.0) / objective.frame.span)
         return Setup(
-            self.part,
+            part,
             used,
             fitted,
             lower,
             upper,
-            lambda: _scanned(objective, lower, upper, (low, high)) if start is None else start,
+            lambda: _start(objective, lower, upper, (low, high)) if start is None else start,
             self.settings,
             notes,
             again=None if start is not None else lambda x: self._behind(objective, used, x),
@@ -246,11 +244,11 @@ class _Start:
         """Depth 0 lies between where the tip lets go and where the force is back at the baseline."""
         assert objective.loaded is not None
         depth = objective.depth[objective.loaded]
-        force = (objective.force - _free_force(objective)[0])[objective.loaded]
+        force = (objective.force - _free_force(objective))[objective.loaded]
         pressing = depth[force > 0]
         low = float(depth.min())
         high = float(pressing.min()) if pressing.size else float(depth.max())
-        return low, max(high, low + 0.02 * float(np.ptp(depth)))
+        return low, max(high, low + _LITTLE * float(np.ptp(depth)))
 
     def _behind(self, objective: Objective, used: Flags, x: Array) -> Setup | None:
         """The setup behind its cantilever, without what is too close to its instability."""
@@ -279,7 +277,7 @@ class _Start:
         force = (
             objective.force[at] - rest["baseline"] - objective.background(rest, objective.position, objective.speed)[at]
         )
-        way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 2000)
+        way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 10_000)
         on_branch, stiffness, _ = objective.model.evaluate(way, theta)
         # stiffness over that of the cantilever below which points are left out: there the noise moves the tip by twice what it
         # shows
@@ -290,77 +288,52 @@ class _Start:
         return np.asarray(depth + force / spring < limit)
 
 
-def _scanned(objective: Objective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:
-    """Starting x: many contact points and many works of adhesion or moduli, the amplitude of the force by least squares.
+def _start(objective: Objective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:
+    """Starting x: many contact points and many works of adhesion or moduli.
 
     At given depth the force is proportional to modulus and work of adhesion together. The round tip of the same mean profile
     is enough to start with.
     """
-    model = AdhesiveModel(objective.model.sample, objective.model.free, objective.model.method, approximate=True)
-    theta, count = model.start(), len(model.free)
+    coarse, model = _means(objective), objective.model
+    model = AdhesiveModel(model.sample, model.free, model.method, approximate=True)
     moduli = [j for j, name in enumerate(model.free) if name.endswith(MODULI)]
     works = [j for j, name in enumerate(model.free) if name == WORK]
-    assert objective.loaded is not None
-    chosen = objective.loaded[:: max(objective.loaded.size // _SCANNED, 1)]
-    depth, force = objective.depth[chosen], objective.force[chosen]
-    free, coefficients = _free_force(objective)
-    data = force - free[chosen]
-    contacts = np.linspace(*between, _CONTACTS) if "contact" in objective.nuisance else [objective.held["contact"]]
-    theta = _matched(model, theta, (moduli, works), depth - np.mean(contacts), data)
-    # works of adhesion this factor about the first guess are tried; it comes from largest force and tension
-    shifts = np.log(8.0) * np.linspace(-1, 1, _RATIOS) if works or moduli else np.zeros(1)
-    origin, width, *_ = objective.frame
-    found = []
-    places = np.asarray(contacts)
-    # all contact points at once: the branch is the same
-    inside = (depth - places[:, None]).ravel()
-    for shift in shifts:
-        trial = theta.copy()
-        trial[works or moduli] += shift
-        predicted = model.evaluate(inside, trial)[0].reshape(places.size, -1)
-        factor = np.ones(places.size)
-        if works and moduli:
-            factor = np.maximum(predicted @ data / np.maximum(np.sum(predicted**2, axis=1), TINY), 1e-9)
-        misfit = np.sum((factor[:, None] * predicted - data) ** 2, axis=1)
-        for i in range(places.size):
-            x = trial.copy()
-            x[[*moduli, *works]] += np.log(factor[i])
-            rest = {"contact": (places[i] - origin) / width, **coefficients}
-            found.append((float(misfit[i]), np.append(x, [rest.get(name, 0.0) for name in objective.nuisance])))
-    found.sort(key=lambda pair: pair[0])
+    assert coarse.loaded is not None
+    loaded, depth = coarse.loaded, coarse.depth[coarse.loaded]
+
+    def force(theta: Array, contacts: Array) -> Array:
+        # all contact points at once: the branch is the same
+        rows = np.zeros((contacts.size, coarse.depth.size))
+        rows[:, loaded] = model.evaluate((depth - contacts[:, None]).ravel(), theta)[0].reshape(contacts.size, -1)
+        return rows
+
+    theta = _matched(model, (moduli, works), depth - np.mean(between), (coarse.force - _free_force(coarse))[loaded])
+    # works of adhesion up to this factor beside the first guess, which comes from largest force and tension
+    thetas = np.repeat(theta[None], _RATIOS if works or moduli else 1, axis=0)
+    thetas[:, works or moduli] += np.log(8.0) * np.linspace(-1, 1, len(thetas))[:, None]
+    found = tried(coarse, thetas, between, force, [*moduli, *works] if works and moduli else ())
     # the best few, of different ratios where there are some: the valley has more than one end
-    # best places of the scan from which the search descends
-    starts = [np.clip(x, lower, upper) for _, x in found[:: max(len(found) // 40, 1)][:3]]
-    coarse = _means(objective)
-    ends = [minimise(coarse.evaluate, x, lower, upper, settled=0.05) for x in starts]
-    best = min(ends, key=lambda end: end.cost)
-    assert best.x.size == count + len(objective.nuisance)
-    return best.x
+    starts = [np.clip(x, lower, upper) for x in found[:: max(len(found) // 40, 1)][:3]]
+    return min((minimise(coarse.evaluate, x, lower, upper, settled=0.05) for x in starts), key=lambda end: end.cost).x
 
 
-def _free_force(objective: Objective) -> tuple[Array, dict[str, float]]:
-    """Background through the points without contact [N], and its coefficients in x."""
-    assert objective.loaded is not None
-    free = np.delete(np.arange(objective.force.size), objective.loaded)
-    level, span = objective.frame.level, objective.frame.span
-    fitted = [n for n in objective.nuisance if n in ("baseline", "tilt", "drag")]
+def _free_force(objective: Objective) -> Array:
+    """Background through the points without contact [N]."""
+    fitted = [name for name in objective.nuisance if name != "contact"]
     if "baseline" not in fitted:
-        return np.zeros_like(objective.force), {}
+        return np.zeros_like(objective.force)
+    assert objective.loaded is not None
+    free = np.setdiff1d(np.arange(objective.force.size), objective.loaded)
     columns = np.array([objective.column(n, objective.held, objective.position, objective.speed) for n in fitted])
-    found = np.linalg.lstsq(columns[:, free].T, (objective.force[free] - level) / span, rcond=1e-9)[0]
-    return level + span * (found @ columns), dict(zip(fitted, (float(v) for v in found), strict=True))
+    return np.asarray(objective.force[free] @ np.linalg.pinv(columns[:, free], rcond=1e-9) @ columns)
 
 
-def _matched(
-    model: AdhesiveModel, theta: Array, places: tuple[list[int], list[int]], depth: Array, data: Array
-) -> Array:
+def _matched(model: AdhesiveModel, places: tuple[list[int], list[int]], depth: Array, data: Array) -> Array:
     """Start whose largest force and largest tension are about those of the data; places of moduli and works of adhesion."""
-    moduli, works = places
-    theta = theta.copy()
-    deepest = float(depth.max())
+    (moduli, works), theta, deepest = places, model.start(), float(depth.max())
     for _ in range(3):
         low = model.pull_off(theta)[0]
-        force = model.evaluate(np.linspace(low, max(deepest, 0.1 * abs(low)), 200), theta)[0]
+        force = model.evaluate(np.linspace(low, max(deepest, 0.1 * abs(low)), 100), theta)[0]
         tension, load = -float(force.min()), float(force[-1])
         if works and tension > 0:
             theta[works] += np.log(np.clip(-float(data.min()) / tension, 1e-3, 1e3))

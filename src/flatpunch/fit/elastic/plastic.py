@@ -133,11 +133,6 @@ def _from_zero(read: Array, over: Array) -> Array:
     return over - max(float(smoothed(over).min()), 0.0)
 
 
-def plastic_cycles(curve: Curve) -> bool:
-    """Whether a load is taken back in a record, so that its imprint can be judged."""
-    return bool(load_cycles(curve))
-
-
 def refuse_plastic(
     part: Curve, found: Approach, over: Callable[[Curve], Array], contact: float, young: float
 ) -> tuple[str, ...]:

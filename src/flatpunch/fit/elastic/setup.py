@@ -16,9 +16,8 @@ from flatpunch.fit.judge.judgement import FEWEST as IN_CONTACT
 from flatpunch.fit.judge.judgement import SURE, Fit, Judge, dip
 from flatpunch.fit.judge.notes import about_background, about_range, no_contact
 from flatpunch.fit.judge.record import SHARE, Noise, Record, strays, thinned, white_noise
-from flatpunch.fit.least_squares.blocks import blocked
-from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.least_squares.setup import Setup, cut, enough, with_nuisance
+from flatpunch.fit.least_squares.objective import Objective, blocked
+from flatpunch.fit.least_squares.problem import Setup, cut, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import before_turn, no_drag, shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fit.measured.orientation import Approach, approaches, leap_note

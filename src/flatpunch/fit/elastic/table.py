@@ -40,7 +40,7 @@ _TABULATED = 2
 _SHIFT = 1e-3
 """Change of a coordinate, in distances of knots, for its derivative where nothing is tabulated over it; it errs by as much."""
 
-_KNOTS = 6
+KNOTS = 6
 """Points across each coordinate that are interpolated; with four the force is off by 1e-5 of its largest, with eight by 1e-8."""
 
 Window = tuple[int, int]
@@ -169,7 +169,7 @@ class Table:
         position = (q - offset) / step
         nearest = {tuple(row) for row in np.rint(position).astype(int).tolist()}
         window = self._widened(min(float(highest.max()), max(map(self._end, nearest))))
-        first = np.clip(np.floor(position) - _KNOTS // 2 + 1, least, last - _KNOTS + 1).astype(int)
+        first = np.clip(np.floor(position) - KNOTS // 2 + 1, least, last - KNOTS + 1).astype(int)
         total = np.empty((len(q), _DEGREE + 1, window[1] - window[0]))
         for place, mine in _alike(first):
             weights = np.ones((mine.size, 1))
@@ -186,7 +186,7 @@ class Table:
             # groups of neighbouring knots kept together for many vectors at once
             if len(self._stacks) >= 32:
                 self._stacks.clear()
-            choices = product(range(_KNOTS), repeat=len(first))
+            choices = product(range(KNOTS), repeat=len(first))
             self._stacks[key] = np.array(
                 [self._knot(tuple(f + i for f, i in zip(first, c, strict=True)), window).ravel() for c in choices]
             )
@@ -319,13 +319,13 @@ def _alike(first: Indices) -> Iterator[tuple[tuple[int, ...], Indices]]:
         yield tuple(first[mine[0]].tolist()), mine
 
 
-_LAGRANGE = np.linalg.inv(np.vander(np.arange(_KNOTS) - (_KNOTS - 1) / 2, _KNOTS))
+_LAGRANGE = np.linalg.inv(np.vander(np.arange(KNOTS) - (KNOTS - 1) / 2, KNOTS))
 """Lagrange polynomials of the knots, in powers of the distance from their middle."""
 
 
 def _lagrange(t: Array) -> Array:
     """Lagrange weights of knots at 0 .. 5, shape (n, 6), at positions t, shape (n,)."""
-    return np.asarray(np.vander(t - (_KNOTS - 1) / 2, _KNOTS) @ _LAGRANGE)
+    return np.asarray(np.vander(t - (KNOTS - 1) / 2, KNOTS) @ _LAGRANGE)
 
 
 def _tensor(factors: Sequence[Array]) -> Array:
@@ -339,11 +339,11 @@ def _tensor(factors: Sequence[Array]) -> Array:
 def _span(coordinate: Coordinate, value: float) -> _Span:
     """The six knots around a value, with Lagrange weights and their derivatives by the coordinate."""
     position = (value - coordinate.offset) / coordinate.step
-    first = int(np.floor(position)) - _KNOTS // 2 + 1
+    first = int(np.floor(position)) - KNOTS // 2 + 1
     if coordinate.highest is not None:
-        first = min(first, coordinate.highest - _KNOTS + 1)
+        first = min(first, coordinate.highest - KNOTS + 1)
     if coordinate.lowest is not None:
         first = max(first, coordinate.lowest)
-    powers: Array = np.power(position - first - (_KNOTS - 1) / 2, np.arange(_KNOTS - 1.0, -1, -1))
-    slopes = np.append(powers[1:], 0.0) * np.arange(_KNOTS - 1, -1, -1)
+    powers: Array = np.power(position - first - (KNOTS - 1) / 2, np.arange(KNOTS - 1.0, -1, -1))
+    slopes = np.append(powers[1:], 0.0) * np.arange(KNOTS - 1, -1, -1)
     return _Span(first, powers @ _LAGRANGE, slopes @ _LAGRANGE / coordinate.step)

@@ -19,7 +19,7 @@ from scipy.special import ndtri
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch._support.readable import Table, readable
+from flatpunch._support.readable import readable
 from flatpunch.fit.films.oliver_pharr import OliverPharr, Tip, analysed, oliver_pharr
 from flatpunch.fit.films.unloading import least_squares_fit
 from flatpunch.fit.half_space import published
@@ -28,22 +28,24 @@ from flatpunch.fit.half_space.formulas import equivalents, layer_on_top
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
-from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.report.quantities import unit_of
-from flatpunch.fit.report.table import Estimate, Row, Rows, rows_of
-from flatpunch.media import Body, GradedLayer, HalfSpace, Layer, Medium
+from flatpunch.fit.report.table import LEVEL, Estimate, Row, Rows, Tabled, rows_of
+from flatpunch.media import Body, Stack
+from flatpunch.media.material import young_and_poisson
 
 _FRAME, _UNIT = "frame", 1e-9
 """Compliance of the load frame, and the unit in which it is fitted [m/N]."""
-_WIDE = 14.0
-"""Largest change of the logarithm of a parameter; also of the frame in millions of its unit."""
+_WIDE = float(np.log(1e6))
+"""Largest change of the logarithm of a parameter, a factor of a million; also of the frame in millions of its unit."""
+_BESIDE = 5.0
+"""Largest change of ln of the film's modulus by a published formula; at its end the points do not determine the modulus."""
 _DRIFTS = 0.5
 """Correlation of neighbouring residuals above which they are no scatter."""
 
 
 @readable
 @dataclass(frozen=True, eq=False)
-class FilmResult:
+class FilmResult(Tabled):
     """A fitted film.
 
     Attributes
@@ -112,14 +114,6 @@ class FilmResult:
         notes = (*([str(self.rule)] if self.rule else []), *self.notes)
         return Rows(title, (*rows_of(self.estimates), *others), notes=notes)
 
-    def to_csv(self) -> str:
-        """Return the rows as CSV."""
-        return self.table().csv()
-
-    def _table_(self) -> Table:
-        """The rows."""
-        return self.table().cells()
-
 
 @dataclass(frozen=True, slots=True)
 class TenthRule:
@@ -151,7 +145,7 @@ def normalised_stiffness(medium: Body, radius: Array) -> Array:
     return np.asarray(punch_modulus(medium, radius) / medium.surface_modulus)
 
 
-def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
+def tenth_rule(medium: Stack, tip: Tip, tolerance: float = 0.05) -> TenthRule:
     """Judge the one-tenth rule for a film.
 
     Parameters
@@ -178,7 +172,7 @@ def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
     >>> print(f"{100 * rule.error:+.0f} % at a tenth of the thickness")
     +23 % at a tenth of the thickness
     """
-    share = np.geomspace(1e-5, 1, 600)
+    share = np.geomspace(1e-5, 1, 1000)
     area = tip.area(share * medium.length)
     # polynomials of calibrated tips may be negative at the depth of some atoms
     share, area = share[area > 0], area[area > 0]
@@ -246,7 +240,7 @@ def fit_film(
     >>> print(f"{result['layers[0].young'] / 1e9:.1f} GPa")
     22.8 GPa
     """
-    top = "base.young" if not isinstance(sample, Medium) or not sample.layers else "layers[0].young"
+    top = "layers[0].young" if sample.single and sample.single.layers else "base.young"
     names = tuple(free) if free is not None else (top,)
     oliver_pharr(curve, tip, frame)
     inside = (curve.depth >= depths[0]) & (curve.depth <= depths[1])
@@ -276,11 +270,11 @@ def fit_film(
     start = np.array([0.0 if n == _FRAME else internal(n, value_of(sample, None, n)) for n in names])
     wide = np.array([_WIDE * (1e6 if n == _FRAME else 1.0) for n in names])
     upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(names, start + wide, strict=True)])
-    found = least_squares_fit(residual, start, (start - wide, upper), count)
+    found, spread = least_squares_fit(residual, start, (start - wide, upper), count)
     medium, here = described(found.x)
     here = here.taken(np.isfinite(here.radius))
-    reach, estimates = float(ndtri((1 + Settings().level) / 2)), {}
-    for name, x, error in zip(names, found.x, np.sqrt(np.diag(found.covariance)), strict=True):
+    reach, estimates = float(ndtri((1 + LEVEL) / 2)), {}
+    for name, x, error in zip(names, found.x, np.sqrt(np.diag(spread)), strict=True):
         value = outside(name, x)
         unit = _UNIT if name == _FRAME else abs(slope(name, value))
         estimates[name] = Estimate(
@@ -289,20 +283,23 @@ def fit_film(
     others: dict[str, tuple[float, float]] = {}
     rule = None
     # the rule and the published formulas are about one isotropic film on a half-space
-    if isinstance(medium, Medium) and len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
-        (film,) = medium.layers
-        if isinstance(film, Layer) or (isinstance(film, GradedLayer) and not film.anisotropic):
-            rule = tenth_rule(medium, tip)
-        if isinstance(film, Layer) and compare:
-            others = by_formulas(here, tip, medium)
+    stack = medium.single
+    if stack and len(stack.layers) == 1 and stack.base.isotropic:
+        (film,) = stack.layers
+        if not film.anisotropic:
+            rule = tenth_rule(stack, tip)
+        if film.isotropic and compare:
+            others = by_formulas(here, tip, stack)
     model = punch_modulus(medium, here.radius)
     notes = (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual))
-    return FilmResult(estimates, medium, here, model, others, found.misfit, rule, notes, curve.name)
+    return FilmResult(
+        estimates, medium, here, model, others, float(np.sqrt(found.cost / count)), rule, notes, curve.name
+    )
 
 
 def _notes(sample: Body, points: OliverPharr, residual: Array) -> Iterable[str]:
     """What users of a fitted film must know."""
-    if isinstance(sample, Medium) and (deep := int((points.contact_depth > sample.length).sum())):
+    if sample.single and (deep := int((points.contact_depth > sample.length).sum())):
         yield f"{deep} points are deeper than the film is thick; the tip has gone through. Limit the depths."
     if (memory := memory_of(residual)) > _DRIFTS:
         yield (
@@ -316,14 +313,13 @@ def misfit_of(points: OliverPharr, tip: Tip, modulus: Array) -> Array:
     return np.nan_to_num(np.log(tip.stiffness(points.radius, modulus) / points.stiffness))
 
 
-def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tuple[float, float]]:
+def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple[float, float]]:
     """Film modulus [Pa] and rms relative misfit of the stiffness by each formula; King's with its exponent fitted as well.
 
     The search begins at the modulus of `fitted`. The modulus is nan where the points do not determine it: film and substrate
     that hardly differ fit with any modulus if the exponent makes the film vanish.
     """
     base, t = fitted.base, fitted.length
-    assert isinstance(base, HalfSpace)
     # films that the tip has gone through are thin, not absent
     below = np.maximum(t - points.contact_depth, 1e-3 * t)
     kings = {"King": points.radius / t, "Saha-Nix": points.radius / below}
@@ -336,7 +332,10 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tupl
         def residual(x: Array, law: Callable[..., Array] = law) -> Array:
             return misfit_of(points, tip, np.maximum(law(*np.exp(x)), 1.0))
 
-        found = least_squares_fit(residual, start, (start - 5, start + 5), points.radius.size)
+        found, _ = least_squares_fit(residual, start, (start - _BESIDE, start + _BESIDE), points.radius.size)
         star = float("nan") if found.at_bound.any() else float(np.exp(found.x[0]))
-        results[name] = (star * (1 - layer_on_top(fitted)[1].poisson ** 2), found.misfit)
+        results[name] = (
+            star * (1 - young_and_poisson(layer_on_top(fitted)[1])[1] ** 2),
+            float(np.sqrt(found.cost / points.radius.size)),
+        )
     return results

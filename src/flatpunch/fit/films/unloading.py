@@ -9,22 +9,23 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
-from scipy.optimize import least_squares
 
-from flatpunch._support.checks import Array, BadValue, Flags
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import is_folder
 from flatpunch.fit.films.oliver_pharr import Tip
-from flatpunch.fit.least_squares.minimum import covariance
+from flatpunch.fit.least_squares.minimum import Minimum, covariance, differences, minimise
 from flatpunch.fit.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
 from flatpunch.fit.measured.cycles import load_cycles
-from flatpunch.fit.measured.files.excel import excel_sheets
+from flatpunch.fit.measured.files.contents import excel_sheets
 from flatpunch.fit.measured.files.readers import EXCEL, curves_in, read_curve
 from flatpunch.fit.places import files_in
 
+FAR, _STEP = 1e9, 1e-6
+"""Longest step of a search, so that none is cut; step of differences, also that which ends a search, in standard errors."""
 HELD = 0.98
 """Share of the largest force above which it is held."""
 EXPONENTS = (0.8, 4.0)
@@ -122,11 +123,11 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     depth, force = float(h[0]), float(p[0])
     x, y = h[chosen] / depth, p[chosen] / force
     # notation: y = exp(b) (x - f)^m, f the final depth over the largest
-    first = max(float(np.polyfit(x, y, 1)[0]), 1e-3)
-    found = least_squares_fit(
+    first, like = max(float(np.polyfit(x, y, 1)[0]), 1e-3), 3 / 2
+    found, spread = least_squares_fit(
         lambda v: np.exp(v[0]) * np.maximum(x - v[1], 1e-9) ** v[2] - y,
-        np.array([1.5 * np.log(first / 1.5), 1 - 1.5 / first, 1.5]),
-        (np.array([-50.0, -10.0, EXPONENTS[0]]), np.array([50.0, float(x.min()) - 1e-6, EXPONENTS[1]])),
+        np.array([like * np.log(first / like), 1 - like / first, like]),
+        (np.array([-np.inf, -np.inf, EXPONENTS[0]]), np.array([np.inf, float(x.min()) - 1e-6, EXPONENTS[1]])),
         x.size,
     )
     b, final, m = found.x
@@ -134,8 +135,8 @@ def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloa
     stiffness = float(np.exp(b) * m * gap ** (m - 1))
     # ln S = b + ln m + (m - 1) ln gap
     by = np.array([1.0, -(m - 1) / gap, 1 / m + np.log(gap)])
-    error = stiffness * float(np.sqrt(max(by @ found.covariance @ by, 0.0)))
-    unit, doubt = force / depth, 2 * float(np.sqrt(found.covariance[2, 2]))
+    error = stiffness * float(np.sqrt(max(by @ spread @ by, 0.0)))
+    unit, doubt = force / depth, 2 * float(np.sqrt(spread[2, 2]))
     notes: tuple[str, ...] = ()
     if found.at_bound[2] or not 1 - doubt <= m <= 2 + doubt:
         where = f"on the limit of the search ({m:.1f})" if found.at_bound[2] else f"{m:.2f}"
@@ -160,28 +161,14 @@ def _left_out(bad: list[str]) -> Iterator[None]:
         bad.append(str(error))
 
 
-class Found(NamedTuple):
-    """A least-squares fit: values, their covariance, residuals, which values are on a limit, and the rms misfit."""
-
-    x: Array
-    covariance: Array
-    residual: Array
-    at_bound: Flags
-    misfit: float
-
-
 def least_squares_fit(
     residual: Callable[[Array], Array], start: Array, limits: tuple[Array, Array], count: int
-) -> Found:
-    """Least squares of residuals of order one, of which `count` are readings, from a start within limits."""
-    start = np.clip(start, limits[0] + 1e-9, limits[1] - 1e-9)
-    found = least_squares(
-        residual, start, jac="3-point", bounds=limits, method="dogbox", xtol=1e-12, ftol=1e-14, gtol=1e-12
+) -> tuple[Minimum, Array]:
+    """Least squares of residuals of order one, of which `count` are readings, from a start within limits, and the covariance."""
+    found = minimise(
+        lambda x: (residual(x), differences(residual, x, _STEP, limits)), start, *limits, settled=_STEP, longest=FAR
     )
-    at_bound = found.active_mask != 0
-    variance = 2 * found.cost / max(count - start.size, 1)
-    spread = covariance(found.jac.T @ found.jac, ~at_bound, variance)[0]
-    return Found(found.x, spread, found.fun, at_bound, float(np.sqrt(2 * found.cost / count)))
+    return found, covariance(found.normal, ~found.at_bound, found.cost / max(count - start.size, 1))[0]
 
 
 def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0.5, name: str = "unloadings") -> Curve:
@@ -232,10 +219,11 @@ def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0
         for number, (begin, peak, end) in enumerate(cycles):
             label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
             # noise at the end of a partial unloading must not hide that it got there
-            least = max(lower, 1.05 * float(curve.force[end]) / float(curve.force[peak]))
+            lowest = float(curve.force[end]) / float(curve.force[peak])
+            least = max(lower, 1.05 * lowest)
             with _left_out(bad):
                 if least >= upper:
-                    raise CurveError(f"{label}: the force falls to {least / 1.05:.0%} of its largest value only.")
+                    raise CurveError(f"{label}: the force falls to {lowest:.0%} of its largest value only.")
                 one = unloading(replace(curve.taken(slice(begin, end + 1)), name=label), upper=upper, lower=least)
                 found.append(one)
                 odd += [f"{label}: {note}" for note in one.notes]

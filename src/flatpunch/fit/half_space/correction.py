@@ -23,7 +23,7 @@ from scipy.optimize import brentq
 from flatpunch._support.checks import ROUNDING, Array, poisson_ratio, positive
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
-from flatpunch._support.readable import Table, readable
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliance import compliance
@@ -39,10 +39,11 @@ from flatpunch.fit.half_space.formulas import (
 )
 from flatpunch.fit.parameters.scaling import replaced
 from flatpunch.fit.parameters.settings import FitMethod
-from flatpunch.fit.report.table import Estimate, Row, Rows
+from flatpunch.fit.report.table import Estimate, Row, Rows, Tabled
 from flatpunch.indenters import AreaFunction
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, HalfSpace, Medium
+from flatpunch.media import Body, Stack
+from flatpunch.media.material import young_and_poisson
 from flatpunch.punch.family import punch_family
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ _STEP = 1e-4
 
 @readable
 @dataclass(frozen=True)
-class Correction:
+class Correction(Tabled):
     """Corrected modulus.
 
     Attributes
@@ -130,14 +131,6 @@ class Correction:
         """Deviation from the exact contact, and what the formula was made for."""
         off = f"{100 * (value / self.young - 1):+.3g} %" if math.isfinite(value) else ""
         return "; ".join(filter(None, (off, self.why.get(name, ""))))
-
-    def to_csv(self) -> str:
-        """Return the moduli as CSV, a line for the exact contact and for each published correction."""
-        return self.table().csv()
-
-    def _table_(self) -> Table:
-        """The moduli."""
-        return self.table().cells()
 
     def dataset(self) -> xr.Dataset:
         """Return the result as a dataset: moduli by `formula`, the exact contact first, and the apparent modulus by `depth`."""
@@ -217,7 +210,11 @@ def correct(
     check_indenter(indenter)
     medium, top = layer_on_top(medium)
     one_of("over", over, ("curve", "depth"))
-    nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
+    nu = (
+        poisson_ratio("reported_poisson", reported_poisson)
+        if reported_poisson is not None
+        else young_and_poisson(top)[1]
+    )
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
     named = isinstance(model, str) and model == OLIVER_PHARR
     if named or (model is None and not half_space_models(indenter)):
@@ -258,7 +255,7 @@ def _plane_strain(law: Callable[[Array, float], Array], x: Array, star: float, y
 
 
 def _by_force(
-    medium: Medium, indenter: Indenter, along: Array, model: str | None, method: FitMethod
+    medium: Stack, indenter: Indenter, along: Array, model: str | None, method: FitMethod
 ) -> tuple[_Laws, _Limits]:
     """Plane-strain moduli of the half-space with the same force at each depth, and limits of the exact contact."""
     unit = half_space_model(indenter, model)(along)
@@ -269,12 +266,12 @@ def _by_force(
     return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young})[1].splitlines())
 
 
-def _by_area(medium: Medium, indenter: Indenter, along: Array) -> tuple[_Laws, _Limits]:
+def _by_area(medium: Stack, indenter: Indenter, along: Array) -> tuple[_Laws, _Limits]:
     """Oliver and Pharr: plane-strain moduli of the half-space with the same stiffness at each contact depth; what is assumed."""
     radius, top = section_radius(indenter, along), layer_on_top(medium)[1]
-    x, star = radius / top.thickness, 1 / (1 - top.poisson**2)
+    x, star = radius / top.thickness, 1 / (1 - young_and_poisson(top)[1] ** 2)
     laws: _Laws = {_EXACT: (lambda young: punch_modulus(replaced(medium, None, {_TOP: young})[0], radius), "")}
-    if len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
+    if len(medium.layers) == 1 and medium.base.isotropic:
         for name, law in equivalents(medium).items():
             laws[name] = (partial(_plane_strain, law, x, star), "")
     note = (

@@ -16,6 +16,11 @@ from flatpunch._support.checks import Array
 
 _DIMITRIADIS_HALF = (1.0, 1.133, 1.283, 0.769, 0.0975)
 """Printed coefficients for paraboloids on bonded incompressible layers (Dimitriadis et al. 2002)."""
+_DIMITRIADIS = {
+    True: (-1.2876, 1.4678, -1.3442, 0.6387, -1.0277, 1.5164),
+    False: (-1.041, 0.694, 0.0, 0.28, -0.112, 0.0),
+}
+"""(1 - nu) alpha_0 and (1 - nu) beta_0 over 1, nu, nu^2, of bonded layers and others: -0.347 (3 - 2 nu) and 0.056 (5 - 2 nu)."""
 
 
 def dimitriadis(x: Array, poisson: float, bonded: bool) -> Array:
@@ -27,11 +32,7 @@ def dimitriadis(x: Array, poisson: float, bonded: bool) -> Array:
     nu = poisson
     if bonded and nu == 0.5:
         return np.asarray(np.polynomial.polynomial.polyval(x, _DIMITRIADIS_HALF))
-    if bonded:
-        a0 = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1 - nu)
-        b0 = (0.6387 - 1.0277 * nu + 1.5164 * nu**2) / (1 - nu)
-    else:
-        a0, b0 = -0.347 * (3 - 2 * nu) / (1 - nu), 0.056 * (5 - 2 * nu) / (1 - nu)
+    a0, b0 = np.reshape(_DIMITRIADIS[bonded], (2, 3)) @ [1, nu, nu**2] / (1 - nu)
     pi = np.pi
     series = [
         1.0,
@@ -59,12 +60,16 @@ LONG = (0.3, 2.0)
 """R/h of the formula of Long et al.; above, programs use other coefficients."""
 
 
+_LONG = (10.05, -0.63, 3.1, 4.8, -4.23, 1.15, 2.3)
+"""Printed coefficients of Long et al."""
+
+
 def long(x: Array, ratio: float) -> Array:
     """Factor for spheres on incompressible bonded layers, fitted to finite elements at large strain; `ratio` is R/h."""
     w = np.asarray(x) ** 3
-    alpha = 10.05 - 0.63 * np.sqrt(1 / ratio) * (3.1 + ratio**-2)
-    beta = 4.8 - 4.23 * ratio**-2
-    return np.asarray((1 + 1.15 * w ** (1 / 3) + alpha * w + beta * w**2) / (1 + 2.3 * w))
+    a0, a1, a2, b0, b1, c, d = _LONG
+    alpha, beta = a0 + a1 * np.sqrt(1 / ratio) * (a2 + ratio**-2), b0 + b1 * ratio**-2
+    return np.asarray((1 + c * w ** (1 / 3) + alpha * w + beta * w**2) / (1 + d * w))
 
 
 PYRAMID = {
@@ -95,7 +100,7 @@ def chadwick(radius: float, depth: Array, young: float, thickness: float) -> Arr
 def clifford(x: Array, film: float, poisson_film: float, substrate: float, poisson_substrate: float) -> Array:
     """Equivalent modulus under a paraboloid, over x = sqrt(R d)/t."""
     factor = (1 - 0.22 * poisson_substrate**2) / (1 - 1.92 * poisson_film**2)
-    weight = 2.25 * (x * (film / substrate) ** (2 / 3) * factor) ** 1.5
+    weight = 2.25 * (x * (film / substrate) ** (2 / 3) * factor) ** (3 / 2)
     return np.asarray(film + (substrate - film) * weight / (1 + weight))
 
 

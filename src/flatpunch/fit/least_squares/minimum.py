@@ -6,20 +6,24 @@ step becomes v - (J^T J)^-1 J^T r'' v v/2 (geodesic acceleration, Transtrum and 
 
 Few parameters, many points, derivatives at hand, all unknowns of order one: then the normal equations lose nothing and an
 iteration costs one evaluation. lmfit finds the same minimum (a test compares them) at several times the cost per curve.
+Losses that outliers disturb less are minimised by reweighting the squares again and again.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
+from flatpunch.fit.measured.signal import spread_of
+from flatpunch.fit.parameters.settings import Loss
+from flatpunch.fit.parameters.unknowns import Unknowns
 
 Evaluate = Callable[[Array], tuple[Array, Array]]
 
-_DAMPING = (1e-12, 1e10)
+_DAMPING = (ROUNDING, 1e10)
 """Smallest and largest damping; beyond the largest no step improves."""
 SETTLED = 1e-4
 """A step this small against the standard errors ends the search."""
@@ -130,6 +134,17 @@ def minimise(
     return Minimum(x, residual, jacobian @ jacobian.T, converged, at_bound & ~frozen, evaluations)
 
 
+def differences(
+    residuals: Callable[[Array], Array], x: Array, step: float, limits: tuple[Array, Array] | None = None
+) -> Array:
+    """Derivatives (p, n) of residuals (n,) by central differences, one-sided at limits."""
+    ends = [x + step * np.eye(x.size), x - step * np.eye(x.size)]
+    if limits is not None:
+        ends = [np.clip(end, *limits) for end in ends]
+    way = np.diag(ends[0] - ends[1])
+    return np.array([residuals(up) - residuals(down) for up, down in zip(*ends, strict=True)]) / way[:, None]
+
+
 def _tried(evaluate: Evaluate, x: Array, like: Array) -> tuple[Array, Array]:
     """Residuals and derivatives at a trial step; NaN where the model does not exist, such as beyond the end of a tip's shape."""
     try:
@@ -192,3 +207,50 @@ def covariance(normal: Array, free: Flags, variance: float) -> tuple[Array, Arra
         hit = np.flatnonzero(np.abs(row) > 1e-6)
         result[hit, hit] = np.inf
     return result, undetermined
+
+
+def influence(loss: Loss, r: Array) -> tuple[Array, Array]:
+    """Derivative psi of a loss over the residual in units of its scale, and the derivative of psi."""
+    if loss == "soft_l1":
+        root = np.sqrt(1 + r * r)
+        return r / root, root**-3
+    if loss == "huber":
+        return np.clip(r, -1, 1), (np.abs(r) <= 1).astype(float)
+    if loss == "cauchy":
+        bottom = 1 + r * r
+        return r / bottom, (1 - r * r) / bottom**2
+    return r, np.ones_like(r)
+
+
+def robust_scale(residual: Array) -> float:
+    """Spread of residuals without regard to outliers."""
+    return max(spread_of(residual - np.median(residual)), TINY)
+
+
+def reweighted(objective: Unknowns, found: Minimum, lower: Array, upper: Array, loss: Loss) -> Minimum:
+    """Iteratively reweighted least squares, the scale from the residuals of the step before."""
+    base = np.ones_like(found.residual) if objective.weight is None else objective.weight
+    x, count = found.x, found.evaluations
+    for _ in range(30):
+        residual = objective.evaluate(x)[0]
+        r = residual / robust_scale(residual)
+        psi = influence(loss, r)[0]
+        weights = np.sqrt(np.where(np.abs(r) > 1e-8, psi / np.where(r == 0, 1, r), 1.0))
+        step = minimise(replace(objective, weight=base * weights).evaluate, x, lower, upper)
+        count += step.evaluations
+        moved = step.x - x
+        x = step.x
+        if float(moved @ step.normal @ moved) < 1e-8 * step.cost / residual.size:
+            break
+    residual, jacobian = objective.evaluate(x)
+    return Minimum(x, residual, jacobian @ jacobian.T, step.converged, step.at_bound, count)
+
+
+def noise_variance(found: Minimum, count: int, loss: Loss) -> tuple[float, float]:
+    """Variance of the noise, and how much larger the variance of a robust estimate is (Huber's formula)."""
+    freedom = max(found.residual.size - count, 1)
+    if loss == "linear":
+        return found.cost / freedom, 1.0
+    scale = robust_scale(found.residual)
+    psi, bend = influence(loss, found.residual / scale)
+    return scale**2, float(np.mean(psi**2) / np.mean(bend) ** 2) * found.residual.size / freedom

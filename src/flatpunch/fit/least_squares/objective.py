@@ -10,15 +10,19 @@ model has at that position,
 
 solved point by point by Newton's method, dr = dM/(1 + M'/k). B' is the background without its constant: tilt, interference
 and drag are read by the detector and move no tip; the constant only shifts the contact point.
+
+A force that is smooth within a stretch of the curve loses nothing by its mean, and few points cost little (`blocked`): the
+background is a straight line and needs few stretches; over the contact a stretch of 1/200 of its depth errs by (1/200)^2/24 of
+the curvature, 1e-6 of the force. Curves with drag in their background are not averaged.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import TINY, Array, Indices
 from flatpunch.fit.measured.curve import Curve
 from flatpunch.fit.parameters.unknowns import Unknowns
 
@@ -38,12 +42,11 @@ class Objective(Unknowns):
     softest: float | None = None
     white: Array | None = None
     """Factors (n,) or a lower triangular factor (n, n) that make residuals independent and alike; in the place of `counts`."""
-    position: Array = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         Unknowns.__post_init__(self)
-        position = self.depth if self.spring is None else self.depth + self.force / self.spring
-        object.__setattr__(self, "position", position)
+        if self.spring is not None:
+            object.__setattr__(self, "position", self.depth + self.force / self.spring)
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
@@ -120,18 +123,6 @@ class Objective(Unknowns):
         assert self.spring is not None
         return 1 + stiffness / self.spring
 
-    def gives(self, x: Array) -> Array:
-        """How many times larger than a residual the difference in force at the measured position of the tip is, shape (n,)."""
-        theta, rest = self.split(x)
-        depth = self.depth - rest["contact"]
-        if self.spring is not None:
-            depth = depth + self.background(rest, self.position, self.speed) / self.spring
-        inside = depth > 0
-        result = np.ones(depth.size)
-        if self.spring is not None and inside.any():
-            result[inside] = self._give(self.model.evaluate(depth[inside], theta)[1])
-        return result
-
     def over(self, curve: Curve, x: Array) -> Array:
         """Fitted force at all points of the curve that is shown [N]."""
         theta, rest = self.split(x)
@@ -204,3 +195,19 @@ def _touching(depth: Array) -> slice | Indices:
     inside = depth > 0
     start = int(np.argmax(inside)) if inside.any() else depth.size
     return slice(start, None) if inside[start:].all() else np.flatnonzero(inside)
+
+
+CONTACT, FREE = 200, 50
+"""Stretches over the contact and over the background before it; half as many move E by up to 0.24 and 0.02 standard errors."""
+
+
+def blocked(objective: Objective, contact: float) -> Objective:
+    """The problem on block means, fine from somewhat before `contact` (a position) on; itself where that saves nothing."""
+    if objective.depth.size < 3 * (CONTACT + FREE) or "drag" in objective.nuisance:
+        return objective
+    position = objective.position
+    first, last = float(position.min()), float(position.max())
+    begin = min(max(contact - 0.3 * (last - contact), first), last)
+    free = np.minimum((position - first) * (FREE / max(begin - first, TINY)), FREE - 1)
+    inside = FREE + np.minimum((position - begin) * (CONTACT / max(last - begin, TINY)), CONTACT - 1)
+    return objective.averaged(np.where(position < begin, free, inside).astype(np.intp))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import scipy
@@ -111,7 +112,10 @@ def no_drag(curve: Curve, settings: Settings, why: str) -> CurveError:
     )
 
 
-def check_drag(curve: Curve, settings: Settings) -> None:
-    """Refuse a free drag that a curve, all of which is fitted, cannot show."""
+def with_speed(curve: Curve, settings: Settings) -> tuple[Curve, Array | None]:
+    """A curve, all of which is fitted, with its speed where drag counts; refused where it cannot show a drag that is free."""
+    if (speed := speed_of(curve, settings)) is None:
+        return curve, None
     if settings.drag == "free" and not shows_drag([curve], settings):
         raise no_drag(curve, settings, "")
+    return replace(curve, meta={**curve.meta, "speed": speed}), speed

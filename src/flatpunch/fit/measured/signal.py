@@ -41,16 +41,14 @@ def noise_of(force: Array, step: float = 0.0) -> float:
 
     Most readings of a digitised force may be equal; the median of their deviations then is zero and says nothing.
     """
-    if not force.size:
-        return float(step / np.sqrt(12))
-    if step:
-        return max(float(np.std(force)), float(step / np.sqrt(12)))
+    if step or not force.size:
+        return max(float(np.std(force)) if force.size else 0.0, step / float(np.sqrt(12)))
     return spread_of(force - np.median(force))
 
 
 def spread_of(values: Array) -> float:
     """Standard deviation of normal values about zero, from the median of their sizes, which single ones far off do not move."""
-    return float(np.median(np.abs(values))) / float(ndtri(0.75)) if values.size else 0.0
+    return float(np.median(np.abs(values))) / float(ndtri(3 / 4)) if values.size else 0.0
 
 
 def wander(position: Array) -> float:

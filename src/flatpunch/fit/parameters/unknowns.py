@@ -90,6 +90,8 @@ class Unknowns(ABC):
     speed: Array | None = None
     counts: Array | None = None
     turned: float = 1.0
+    position: Array = field(init=False, repr=False)
+    """Of the cantilever's base, of the tip where there is no cantilever [m]."""
     _units: dict[str, tuple[float, float]] = field(init=False, repr=False)
     _before: dict[int | str, Array] = field(default_factory=dict, repr=False)  # where the next evaluation starts
 
@@ -118,6 +120,7 @@ class Unknowns(ABC):
             "drag": (0.0, f.span / f.speed),
         }
         object.__setattr__(self, "_units", scales)
+        object.__setattr__(self, "position", self.depth)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -9,10 +9,16 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
-from flatpunch.fit.least_squares.minimum import SOON, Minimum, covariance, minimise
-from flatpunch.fit.least_squares.problem import Problem
-from flatpunch.fit.least_squares.robust import influence, noise_variance, robust_scale
-from flatpunch.fit.least_squares.setup import Setup
+from flatpunch.fit.least_squares.minimum import (
+    SOON,
+    Minimum,
+    covariance,
+    influence,
+    minimise,
+    noise_variance,
+    robust_scale,
+)
+from flatpunch.fit.least_squares.problem import Problem, Setup
 from flatpunch.fit.measured.signal import converter_step, independent
 from flatpunch.fit.parameters.scaling import MODULI, external, slope
 from flatpunch.fit.parameters.settings import Settings

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.optimize import brentq
 
-from flatpunch._support.checks import TINY, Array
+from flatpunch._support.checks import ROUNDING, TINY, Array
+from flatpunch._support.prefixes import text
 from flatpunch.contact.limits import deepest as base_depth
-from flatpunch.files.units import text
 from flatpunch.fit.measured.signal import CLEAR, converter_step, noise_of, spread_of
 from flatpunch.fit.report.fitted import Fitted
 from flatpunch.fit.report.likelihood import tilt_or_contact
-from flatpunch.fit.report.quantities import label, quantity, unit_of
+from flatpunch.fit.report.quantities import label, unit_of
 from flatpunch.fit.report.table import Estimate, rows_of
 from flatpunch.indenters import Paraboloid
 from flatpunch.indenters.profile import Indenter
@@ -30,8 +30,8 @@ TIMES = 10.0
 NOTABLE = 0.01
 """Relative change of the force by the shape of the tip that is worth a note; few curves are calibrated better."""
 
-_WHOLE = 17.0
-"""Depth over radius at which the contact of a sphere is its equator, to rounding."""
+FEW = 30
+"""Readings of which neither noise nor correlation is estimated."""
 
 
 def doubts(result: Fitted) -> tuple[str, ...]:
@@ -44,7 +44,7 @@ def doubts(result: Fitted) -> tuple[str, ...]:
         found.append(outside)
     free = result.residual[result.used & (result.depth < 0)]
     inside = result.residual[result.used & (result.depth >= 0)]
-    if free.size > 30 and inside.size:
+    if free.size > FEW and inside.size:
         noise = noise_of(np.diff(free), converter_step(result.curve.force)) / np.sqrt(2)
         misfit = np.sqrt(np.mean(inside**2))
         if misfit > TIMES * noise > 0 and np.abs(inside).max() > 0.1 * np.ptp(result.curve.force):
@@ -128,7 +128,7 @@ def judged(result: Fitted) -> tuple[str, ...]:
         hardly = "it" if len(poorly) == 1 else "them"
         notes.append(f"Poorly determined: {_intervals(result, poorly)}. The curve hardly depends on {hardly}.")
     notes += [
-        f"{name} = {quantity(e.value, unit_of(name))} sits on its limit; the other values hold for that limit."
+        f"{name} = {text(e.value, unit_of(name))} sits on its limit; the other values hold for that limit."
         for name, e in result.estimates.items()
         if e.at_bound
     ]
@@ -147,7 +147,7 @@ def _intervals(result: Fitted, names: Sequence[str]) -> str:
 def correlated(memory: float, size: int) -> tuple[str, ...]:
     """A note about residuals that are no independent noise, from the correlation of neighbours among so many."""
     # correlation of neighbouring residuals above which intervals that are wider for it need a word
-    if memory <= 0.3 or size <= 30:
+    if memory <= 0.3 or size <= FEW:
         return ()
     factor = np.sqrt((1 + memory) / (1 - memory))
     return (
@@ -179,7 +179,7 @@ def tilt_note(other: str, moved: Mapping[str, tuple[float, Estimate]]) -> tuple[
     out = {name: (value, e) for name, (value, e) in moved.items() if asked or not e.low <= value <= e.high}
     if not out:
         return ()
-    would = ", ".join(f"{n} = {quantity(v, 'Pa')} ({v / e.value - 1:+.1%})" for n, (v, e) in out.items())
+    would = ", ".join(f"{n} = {text(v, 'Pa')} ({v / e.value - 1:+.1%})" for n, (v, e) in out.items())
     taken = "baseline = 'linear' is taken; " if other == "constant" else ""
     return (f"The force without contact is tilted: {taken}with baseline = '{other}' {would}.",)
 
@@ -216,10 +216,11 @@ def _as_sphere(tip: Indenter, depth: float) -> list[str]:
     """Whether a sphere of the radius of a paraboloid needs another force: Sneddon's closed form for half-spaces."""
     if not isinstance(tip, Paraboloid):
         return []
-    # notation: s = a/R, depth/R = s artanh(s), F/(E* R^2) = (1 + s^2) artanh(s) - s
+    # notation: s = a/R = tanh(y), depth/R = s y, F/(E* R^2) = (1 + s^2) y - s
     x = depth / tip.radius
-    s = brentq(lambda s: s * np.arctanh(s) - x, 0.0, 1 - 1e-15) if x < _WHOLE else 1.0
-    less = 1 - ((1 + s**2) * np.arctanh(s) - s) / (4 / 3 * x**1.5) if s < 1 else 0.0
+    y = brentq(lambda y: y * np.tanh(y) - x, 0.0, 1 + x, xtol=ROUNDING)
+    s = np.tanh(y)
+    less = 1 - ((1 + s**2) * y - s) / (4 / 3 * x * np.sqrt(x))
     if less < NOTABLE:
         return []
     return [

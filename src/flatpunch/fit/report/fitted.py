@@ -11,9 +11,8 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, BadValue, Flags, shown
-from flatpunch.fit.least_squares.minimum import Minimum
+from flatpunch.fit.least_squares.minimum import Minimum, noise_variance
 from flatpunch.fit.least_squares.problem import Problem
-from flatpunch.fit.least_squares.robust import noise_variance
 from flatpunch.fit.measured.curve import Curve, read_lines
 from flatpunch.fit.measured.signal import independent, memory_of
 from flatpunch.fit.parameters.scaling import OF

@@ -78,7 +78,7 @@ def profile(result: Fitted, name: str, level: float | None, points: int) -> Prof
     ends = held.ends(half_width(level or result.settings.level, result.freedom))
     best = held.best
     reach = [e if np.isfinite(e) else best + side * _FAR for e, side in zip(ends, (-1, 1), strict=True)]
-    x = np.linspace(best + 1.2 * (reach[0] - best), best + 1.2 * (reach[1] - best), points)
+    x = best + 1.2 * np.linspace(reach[0] - best, reach[1] - best, points)
     x = np.unique(np.clip(x, held.limits[0], held.limits[1]))
     roots, valley = [], []
     for value in x:

@@ -6,24 +6,96 @@ With independent normal noise of unknown standard deviation s, prior 1/s, the in
 
 S_i the sum of squares of curve i and n_i the number of its readings, of independent ones where neighbours are correlated. On
 block means S falls by what the readings scatter within the blocks, which does not depend on x and is added back.
+
+Residuals of many vectors at once come from the same tables as those of one. Two numbers of the calibration may differ between
+vectors as well. With kappa the true over the assumed spring constant and sigma the same of the sensitivity, true forces are
+kappa sigma times and true deflections sigma times those of the curve: the force of the model counts by 1/(kappa sigma), and a
+force bends the cantilever by sigma/k.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array, Indices
-from flatpunch.fit.elastic import ensemble
-from flatpunch.fit.least_squares.blocks import blocked
+from flatpunch._support.paths import Plain
+from flatpunch.fit.elastic.model import ForwardModel
+from flatpunch.fit.least_squares.objective import Objective, blocked
 from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.measured.signal import independent
 from flatpunch.fit.parameters.priors import Prior
 from flatpunch.fit.parameters.scaling import kind, plain_limits
 from flatpunch.fit.parameters.unknowns import Unknowns
+
+_NEWTON = 8
+"""Newton steps at most for the force behind a cantilever."""
+
+
+def at_once(objective: object) -> TypeGuard[Objective]:
+    """Whether residuals can be had at once: elastic contacts without adhesion or memory, from a table."""
+    if not isinstance(objective, Objective) or not isinstance(objective.model, ForwardModel):
+        return False
+    return objective.loaded is None and objective.model.tabulated
+
+
+def residuals_of_many(objective: Objective, x: Array, spring_constant: Array, sensitivity: Array) -> Array:
+    """Residuals over the force range, shape (vectors, n), as `Objective.evaluate` has them; see `at_once`.
+
+    For each vector x of internal parameters the calibration has factors, true over assumed, shape (vectors,).
+    """
+    count = len(objective.model.free)
+    rest: Plain = dict(objective.held)
+    for name, column in zip(objective.nuisance, x[:, count:].T, strict=True):
+        offset, unit = objective.units[name]
+        rest[name] = (offset + unit * column)[:, None]
+    moving = objective.background(rest, objective.position, objective.speed)
+    gain = (spring_constant * sensitivity)[:, None]
+    give = np.zeros_like(gain) if objective.spring is None else sensitivity[:, None] / objective.spring
+    depth = objective.position - give * (objective.force - moving) - rest["contact"]
+    straight = np.broadcast_to(rest["baseline"] + moving - objective.force, depth.shape)
+    found = _solved(objective, depth, straight, x[:, :count], gain, give)
+    for weight in (objective.weight, None if objective.counts is None else np.sqrt(objective.counts)):
+        if weight is not None:
+            found *= weight
+    return np.asarray(found / objective.frame.span)
+
+
+def _solved(objective: Objective, depth: Array, straight: Array, theta: Array, gain: Array, give: Array) -> Array:
+    """Residuals [N]: behind a cantilever the roots of r = straight + M(depth - give r)/gain, by Newton's method."""
+    force, stiffness = forces(objective.model, depth, theta)
+    found = np.asarray(straight + force / gain)
+    if objective.spring is None:
+        return found
+    residual = found / (1 + stiffness * give / gain)
+    for _ in range(_NEWTON):
+        force, stiffness = forces(objective.model, depth - give * residual, theta)
+        step = (straight + force / gain - residual) / (1 + stiffness * give / gain)
+        residual = residual + step
+        # Newton's method behind a cantilever ends with a step this small against the residuals
+        if (np.abs(step).max(axis=1) < 1e-3 * np.sqrt(np.mean(residual**2, axis=1))).all():
+            break
+    return np.asarray(residual)
+
+
+def forces(model: ForwardModel, depth: Array, theta: Array) -> tuple[Array, Array]:
+    """Force [N] and stiffness [N/m] at depths of any sign, shape (vectors, n), for parameters of shape (vectors, free)."""
+    force, stiffness = np.zeros_like(depth), np.zeros_like(depth)
+    touching = np.flatnonzero((depth > 0).any(axis=0))
+    if not touching.size:
+        return force, stiffness
+    some = slice(touching[0], touching[-1] + 1)
+    inside = depth[:, some] > 0
+    at = np.where(inside, depth[:, some], depth[:, some].max())
+    value, slope = model.logarithms(np.log(at), theta)
+    found = np.where(inside, np.exp(value), 0.0)
+    force[:, some] = found
+    stiffness[:, some] = found * slope / at
+    return force, stiffness
+
 
 CALIBRATION = ("spring_constant", "sensitivity")
 """Numbers of the calibration that may be drawn; the first is given in N/m, the second relative to the one used."""
@@ -98,12 +170,12 @@ class Part(NamedTuple):
     @property
     def fast(self) -> bool:
         """Whether many vectors are evaluated at once."""
-        return isinstance(self.objective, Quadratic) or ensemble.applies(self.objective)
+        return isinstance(self.objective, Quadratic) or at_once(self.objective)
 
     def on_blocks(self, x: Array) -> Part:
         """The curve on block means, which are chosen at x; as it is where there are none."""
         own = self.objective
-        if not ensemble.applies(own) or own.counts is not None:
+        if not at_once(own) or own.counts is not None:
             return self
         at = x[self.places]
         rest = own.split(at)[1]
@@ -199,10 +271,10 @@ class LogPosterior:
     def residuals(self, part: Part, x: Array) -> Array:
         """Residuals of a curve at many vectors, shape (vectors, n)."""
         own, objective = x[:, part.places], part.objective
-        if ensemble.applies(objective):
+        if at_once(objective):
             names = self.names
             factors = [np.exp(x[:, names.index(n)]) if n in names else np.ones(len(x)) for n in CALIBRATION]
-            return ensemble.residuals(objective, own, *factors)
+            return residuals_of_many(objective, own, *factors)
         if isinstance(objective, Quadratic):
             return objective.residuals(own)
         return np.array([objective.residuals(row) for row in own])

@@ -11,16 +11,17 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, shown
-from flatpunch._support.readable import Table, readable
+from flatpunch._support.prefixes import text
+from flatpunch._support.readable import readable
 from flatpunch._version import __version__
 from flatpunch.fit.parameters.priors import Prior
-from flatpunch.fit.report.quantities import quantity, unit_of
-from flatpunch.fit.report.table import Estimate, Row, Rows, csv_of, saved
+from flatpunch.fit.report.quantities import unit_of
+from flatpunch.fit.report.table import Estimate, Row, Rows, Tabled, csv_of, saved
 
 
 @readable
 @dataclass(frozen=True, eq=False)
-class Posterior:
+class Posterior(Tabled):
     """Draws from the posterior of a fit.
 
     Attributes
@@ -99,7 +100,7 @@ class Posterior:
 
     def _line_(self) -> str:
         """The medians."""
-        found = ", ".join(f"{name}={quantity(float(np.median(self[name])), unit_of(name))}" for name in self.names)
+        found = ", ".join(f"{name}={text(float(np.median(self[name])), unit_of(name))}" for name in self.names)
         return f"Posterior({self.curve!r}: {found}, {len(self.draws)} draws)"
 
     def table(self) -> Rows:
@@ -117,13 +118,10 @@ class Posterior:
         )
         return Rows(title, tuple(rows), self.level, self.notes, value="median")
 
-    def _table_(self) -> Table:
-        """A row for each parameter."""
-        return self.table().cells()
-
-    def summary(self) -> str:
-        """The result in words."""
-        return self.table().text()
+    def to_csv(self) -> str:
+        """The draws as CSV text, a column for each parameter [SI]."""
+        units = {name: unit_of(name) or "1" for name in self.names}
+        return csv_of([dict(zip(self.names, row, strict=True)) for row in self.draws.tolist()], units)
 
     def dataset(self) -> xr.Dataset:
         """All draws, for a file."""
@@ -149,19 +147,14 @@ class Posterior:
 
     def save(self, path: str | Path) -> Path:
         """Write the draws: .nc with everything, or .csv, a column for each parameter [SI]."""
-        units = {name: unit_of(name) or "1" for name in self.names}
-        return saved(
-            path,
-            lambda: csv_of([dict(zip(self.names, row, strict=True)) for row in self.draws.tolist()], units),
-            self.dataset,
-        )
+        return saved(path, self.to_csv, self.dataset)
 
 
 def _prior_text(prior: Prior, unit: str) -> str:
     """A prior in words."""
     low, high = prior.support
     if np.isfinite(low) and np.isfinite(high):
-        return f"{quantity(low, unit)} .. {quantity(high, unit)}"
+        return f"{text(low, unit)} .. {text(high, unit)}"
     if np.isfinite(low):
-        return f"{quantity(prior.centre, unit)} ± {100 * prior.spread / prior.centre:.3g} %"
-    return f"{quantity(prior.centre, unit)} ± {quantity(prior.spread, unit)}"
+        return f"{text(prior.centre, unit)} ± {100 * prior.spread / prior.centre:.3g} %"
+    return f"{text(prior.centre, unit)} ± {text(prior.spread, unit)}"

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import re
 
-import numpy as np
-
-from flatpunch.files.units import readable
+from flatpunch._support.prefixes import text
 from flatpunch.fit.parameters.scaling import OF, kind
 
 _KINDS = {
@@ -65,23 +63,11 @@ def unit_in(column: str) -> str:
     return _COLUMNS.get(bare.split(" ")[0]) or _KINDS.get(kind(bare), ("", ""))[0]
 
 
-def quantity(value: float, unit: str) -> str:
-    """Value in words, with a prefix or in degrees."""
-    if not np.isfinite(value):
-        return str(value)
-    if unit == "rad":
-        return f"{np.degrees(value):.4g} deg"
-    if not unit:
-        return f"{value:.4g}"
-    factor, prefixed = readable(abs(value), unit)
-    return f"{value * factor:.4g} {prefixed}"
-
-
 def between(low: float | None, high: float | None, unit: str) -> str:
     """Limits as the end of a sentence; empty if both are open."""
     if low is None and high is None:
         return ""
-    low_text, high_text = ("any" if limit is None else quantity(limit, unit) for limit in (low, high))
+    low_text, high_text = ("any" if limit is None else text(limit, unit) for limit in (low, high))
     return f", between {low_text} and {high_text}"
 
 

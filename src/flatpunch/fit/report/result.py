@@ -2,31 +2,40 @@
 
 from __future__ import annotations
 
+import json
+import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from flatpunch._support.deprecation import deprecated
+from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
-from flatpunch._support.readable import Table, readable
+from flatpunch._support.readable import readable
+from flatpunch._support.record import record
+from flatpunch._version import __version__
+from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.parameters.priors import Prior
-from flatpunch.fit.report.export import dataset_of, lmfit_problem, model_error, pull_off_force
+from flatpunch.fit.parameters.scaling import OF, plain_limits
+from flatpunch.fit.parameters.unknowns import NUISANCE
 from flatpunch.fit.report.fitted import Fitted
 from flatpunch.fit.report.likelihood import Profile, profile
 from flatpunch.fit.report.posterior import Posterior
-from flatpunch.fit.report.quantities import quantity, unit_of
+from flatpunch.fit.report.quantities import unit_of
 from flatpunch.fit.report.sampling import draw
-from flatpunch.fit.report.table import Estimate, Row, Rows, csv_of, rows_of, saved
+from flatpunch.fit.report.table import Estimate, Row, Rows, Tabled, csv_of, half_width, rows_of, saved
 
 
 @readable
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FitResult(Fitted):
+class FitResult(Fitted, Tabled):
     """One or several curves fitted with one sample.
 
     Attributes
@@ -75,11 +84,31 @@ class FitResult(Fitted):
     @cached_property
     def pull_off(self) -> Estimate | None:
         """Pull-off force at the fitted values [N], the largest tension of the contact; None without adhesion."""
-        return pull_off_force(self)
+        model = self.objective.model
+        if not model.adhesive:
+            return None
+        theta, count = self.minimum.x[: len(model.free)], len(model.free)
+        ends, points = (model.pull_off(theta)[0], 0.0), 100
+        # where the force is smallest it does not change with the depth: its derivatives by parameters are those at
+        # this depth; the grid once more between the neighbours of its smallest force
+        for _ in range(2):
+            depth = np.linspace(*ends, points)
+            force, _, by_theta = model.evaluate(depth, theta)
+            at = int(np.argmin(force))
+            ends = float(depth[max(at - 1, 0)]), float(depth[min(at + 1, points - 1)])
+        value, by = max(-float(force[at]), 0.0), by_theta[:, at]
+        error = math.sqrt(max(float(by @ self.covariance[:count, :count] @ by), 0.0))
+        reach = half_width(self.settings.level, self.freedom) * error
+        return Estimate(value, error, max(value - reach, 0.0), value + reach)
 
     def model_error(self, points: int = 12) -> float:
         """Largest difference between the tabulated model and the exact one, over the largest force."""
-        return model_error(self, points)
+        deepest = float(self.depth.max())
+        if deepest <= 0:
+            return 0.0
+        depth = deepest * np.geomspace(1e-2, 1, points)
+        exact = self.objective.model.exact(depth, self.values)[0]
+        return float(np.abs(self.objective.model.force(depth, self.values) - exact).max() / exact.max())
 
     def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
         """Likelihood profile: a parameter held at each of many values, all others fitted anew.
@@ -126,12 +155,23 @@ class FitResult(Fitted):
         >>> print(f"{np.exp(found.params['log_base_young'].value) / result['base.young']:.4f}")
         1.0000
         """
-        return lmfit_problem(self)
+        try:
+            import lmfit
+        except ImportError:
+            raise ValueError("to_lmfit needs lmfit: pip install 'flatpunch[fit]'.") from None
+        parameters, names = lmfit.Parameters(), []
+        for j, name in enumerate(self.names):
+            bare = name.partition(OF)[0]
+            logarithm = bare not in NUISANCE and plain_limits(name) is None
+            names.append("log_" * logarithm + re.sub(r"\W+", "_", name).strip("_"))
+            # lmfit's transformation of a limit has no slope at the limit: what is there stays there
+            value, least, most = (float(v[j]) for v in (self.minimum.x, *self.problem.bounds))
+            parameters.add(names[-1], value=value, min=least, max=most, vary=not self.minimum.at_bound[j])
 
-    @property
-    def lmfit(self) -> Any:
-        """lmfit's result; deprecated, see `to_lmfit`."""
-        return _lmfit(self)
+        def residual(p: Any) -> Array:
+            return np.asarray(self.problem.evaluate(np.array([p[name].value for name in names]))[0])
+
+        return lmfit.Minimizer(residual, parameters)
 
     def posterior(
         self,
@@ -191,7 +231,7 @@ class FitResult(Fitted):
 
     def _about(self) -> str:
         """Points, depth and noise of the curve."""
-        deepest, noise = quantity(float(self.depth.max()), "m"), quantity(self.noise, "N")
+        deepest, noise = text(float(self.depth.max()), "m"), text(self.noise, "N")
         return f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"
 
     def table(self) -> Rows:
@@ -215,14 +255,10 @@ class FitResult(Fitted):
 
     def _line_(self) -> str:
         """The fitted values of the case."""
-        found = ", ".join(f"{name}={quantity(self[name], unit_of(name))}" for name in self.shared) or "nothing fitted"
+        found = ", ".join(f"{name}={text(self[name], unit_of(name))}" for name in self.shared) or "nothing fitted"
         if self.parts:
             return f"FitResult({len(self.results)} curves: {found})"
         return f"FitResult({self.curve.name!r}: {found}, {int(self.used.sum())} points)"
-
-    def _table_(self) -> Table:
-        """A row for each fitted value."""
-        return self.table().cells()
 
     def rows(self) -> list[Plain]:
         """One line of a table for each curve: values, standard errors, intervals, noise, notes."""
@@ -245,14 +281,58 @@ class FitResult(Fitted):
 
     def dataset(self) -> xr.Dataset:
         """Curves, fitted forces and estimates, for a file."""
-        return dataset_of(self)
+        results, points = self.results, [each.curve.depth.size for each in self.results]
+        columns: dict[str, tuple[str, str, list[Any]]] = {
+            "depth": ("m", "indentation depth", [r.depth for r in results]),
+            "force": ("N", "measured force", [r.curve.force for r in results]),
+            "fitted": ("N", "fitted force", [r.force for r in results]),
+            "used": ("", "whether the point was fitted", [r.used for r in results]),
+        }
+        data: Plain = {
+            name: ("point", np.concatenate(parts), {**({"units": unit} if unit else {}), "long_name": words})
+            for name, (unit, words, parts) in columns.items()
+        }
+        if len(results) > 1:
+            data["curve"] = (
+                "point",
+                np.repeat([r.curve.name for r in results], points),
+                {"long_name": "name of the curve"},
+            )
+        for each in ("value", "stderr", "low", "high", "start"):
+            data[each] = ("parameter", [getattr(e, each) for e in self.estimates.values()])
+        data["correlation"] = (("parameter", "with"), self.correlation)
+        names = list(self.estimates)
+        each_sample = [_sample(r) for r in results]
+        sample = {key: json.dumps([s[key] for s in each_sample]) for key in each_sample[0]}
+        attributes = {
+            "title": f"Fit of {', '.join(r.curve.name for r in results)}",
+            "units": ", ".join(f"{name} [{unit_of(name)}]" for name in names),
+            "noise": [r.noise for r in results] if len(results) > 1 else self.noise,
+            "notes": "\n".join(dict.fromkeys(note for r in (self, *results) for note in r.notes)),
+            "read": "\n".join(line for r in results for line in r.read),
+            **(each_sample[0] if len(results) == 1 else sample),
+            "flatpunch_version": __version__,
+        }
+        coordinates = {"point": np.arange(sum(points)), "parameter": names, "with": names}
+        return xr.Dataset(data, coordinates, attributes)
 
     def save(self, path: str | Path) -> Path:
         """Write the result whole or not at all: the lines of the curves as .csv, everything as .nc."""
         return saved(path, self.to_csv, self.dataset)
 
 
-@deprecated(since="1.0", gone="2.0", instead="result.to_lmfit().leastsq()")
-def _lmfit(result: FitResult) -> Any:
-    """lmfit's own result."""
-    return result.to_lmfit().leastsq()
+def _sample(result: Fitted) -> dict[str, str | float]:
+    """Sample and method of a curve as attributes of a file."""
+    model = result.objective.model
+    sample = model.sample_at(result.values)
+    method = method_for(sample.indenter, model.method)
+    found: dict[str, str | float] = {
+        "method": method if isinstance(method, str) else method.name,
+        "medium": json.dumps(record(sample.medium)),
+        "indenter": json.dumps(record(sample.indenter)),
+    }
+    if sample.work_of_adhesion is not None:
+        found["work_of_adhesion"] = sample.work_of_adhesion
+    if sample.relaxation is not None:
+        found["relaxation"] = json.dumps(record(sample.relaxation))
+    return found

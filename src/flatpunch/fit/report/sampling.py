@@ -10,13 +10,12 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fit.elastic import ensemble
 from flatpunch.fit.least_squares.problem import Problem
 from flatpunch.fit.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fit.parameters.scaling import internal, parameter_names, plain_limits
 from flatpunch.fit.report.findings import correlated
 from flatpunch.fit.report.fitted import Fitted
-from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, Scale, parts_of
+from flatpunch.fit.report.log_posterior import CALIBRATION, LogPosterior, Scale, at_once, parts_of
 from flatpunch.fit.report.posterior import Posterior
 
 
@@ -48,8 +47,10 @@ class _Chains:
 
 
 _CHAINS = _Chains()
-_FAR = 14.0
-"""Internal limits of a number that has a prior only: a factor 1e6 either way."""
+_FAR = float(np.log(1e6))
+"""Internal limits of a number that has a prior only: a factor of a million either way."""
+_TAIL = 0.01
+"""Share of the draws that is left out for their range, and of this range that is next to a limit."""
 
 
 @one_blas_thread()
@@ -109,7 +110,7 @@ def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Arr
                 f"priors[{shown(name)}] = {shown(prior)} must be Normal(mean, std), LogNormal(median, relative) or "
                 "Uniform(low, high)."
             )
-    alone = len(problem.setups) == 1 and ensemble.applies(problem.parts[0])
+    alone = len(problem.setups) == 1 and at_once(problem.parts[0])
     if alone:
         problem, x = _extended(problem, x, given)
         k = result.curve.spring_constant
@@ -249,8 +250,8 @@ def _alike(density: LogPosterior, sampled: LogPosterior, positions: Array) -> bo
 def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Array) -> list[str]:
     """What the numbers do not say by themselves."""
     notes = list(correlated(result.memory, result.minimum.residual.size))
-    spread, (low, high) = np.std(values, axis=0), np.quantile(positions, [0.005, 0.995], axis=0)
-    near = 0.01 * (high - low)
+    spread, (low, high) = np.std(values, axis=0), np.quantile(positions, [_TAIL / 2, 1 - _TAIL / 2], axis=0)
+    near = _TAIL * (high - low)
     ended = (low - density.lower > near) & (density.upper - high > near)
     for j, name in enumerate(density.names):
         prior = density.priors.get(name)

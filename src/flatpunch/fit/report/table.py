@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,12 +15,16 @@ import xarray as xr
 
 from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.whole_file import sealed
 from flatpunch._version import __version__
 from flatpunch.files.results import netcdf, write
-from flatpunch.fit.report.quantities import label, quantity, unit_in, unit_of
+from flatpunch.fit.parameters.settings import Settings
+from flatpunch.fit.report.quantities import label, unit_in, unit_of
 
+LEVEL = Settings().level
+"""Confidence level of intervals where none is asked for."""
 _TEXTS = ("curve", "file", "reason", "notes", "read")
 """Columns of records that hold text."""
 
@@ -106,19 +111,19 @@ class Row:
         if np.isnan(e.value) or e.by == "nothing":
             return "not determined"
         if np.isnan(e.low):
-            return quantity(e.value, unit) if e.value else ""
+            return text(e.value, unit) if e.value else ""
         below, above = np.isfinite(e.low) and e.low != 0, np.isfinite(e.high)
         if not (below or above):
             return "not determined"
         if not above:
-            return f"> {quantity(e.low, unit)}"
-        return f"< {quantity(e.high, unit)}" if not below and e.by == "profile" else quantity(e.value, unit)
+            return f"> {text(e.low, unit)}"
+        return f"< {text(e.high, unit)}" if not below and e.by == "profile" else text(e.value, unit)
 
     @property
     def stderr(self) -> str:
         """Standard error in words."""
         error = self.estimate.stderr
-        return "" if np.isnan(error) else quantity(error, self.unit)
+        return "" if np.isnan(error) else text(error, self.unit)
 
     @property
     def interval(self) -> str:
@@ -130,8 +135,8 @@ class Row:
             return ""
         if self.name == "contact" and e.by != "draws" and np.isfinite(e.stderr):
             # far from its own zero an interval would need many digits
-            return f"± {quantity((e.high - e.low) / 2, unit)}"
-        return f"{quantity(e.low, unit)} .. {quantity(e.high, unit)}"
+            return f"± {text((e.high - e.low) / 2, unit)}"
+        return f"{text(e.low, unit)} .. {text(e.high, unit)}"
 
     @property
     def stated(self) -> str:
@@ -157,7 +162,7 @@ class Rows:
 
     title: str
     rows: tuple[Row, ...]
-    level: float = 0.95
+    level: float = LEVEL
     notes: tuple[str, ...] = ()
     read: tuple[str, ...] = ()
     value: str = "value"
@@ -198,6 +203,27 @@ class Rows:
     @property
     def _level(self) -> str:
         return f"{100 * self.level:g} %"
+
+
+class Tabled(ABC):
+    """A result that has a table of its own, in the forms in which it is shown."""
+
+    __slots__ = ()
+
+    @abstractmethod
+    def table(self) -> Rows:
+        """The table."""
+
+    def summary(self) -> str:
+        """The table as text."""
+        return self.table().text()
+
+    def to_csv(self) -> str:
+        """The table as CSV text, in SI units."""
+        return self.table().csv()
+
+    def _table_(self) -> Table:
+        return self.table().cells()
 
 
 def rows_of(estimates: Mapping[str, Estimate]) -> tuple[Row, ...]:

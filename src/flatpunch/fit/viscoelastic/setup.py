@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array
 from flatpunch.fit.elastic.setup import DIP, Approached, approached
-from flatpunch.fit.least_squares.setup import Setup, enough, with_nuisance
-from flatpunch.fit.least_squares.speed import check_drag, speed_of
+from flatpunch.fit.least_squares.problem import Setup, contact_ends, enough, with_nuisance
+from flatpunch.fit.least_squares.speed import with_speed
+from flatpunch.fit.least_squares.starts import tried
 from flatpunch.fit.measured.curve import Curve, CurveError
 from flatpunch.fit.measured.cycles import levelled, smoothed, turns
 from flatpunch.fit.measured.signal import spread_of
 from flatpunch.fit.parameters.scaling import MODULI
 from flatpunch.fit.parameters.settings import Settings
 from flatpunch.fit.parameters.unknowns import frame_of
-from flatpunch.fit.viscoelastic.model import HistoryModel
-from flatpunch.fit.viscoelastic.objective import HistoryObjective
+from flatpunch.fit.viscoelastic.model import HistoryModel, HistoryObjective
 
 _BINS, _SCANNED = 500, 120
 """Stretches of time that a history is averaged over, and those of the scan; half as many halve the time of a fit."""
@@ -35,10 +36,7 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     tilted = settings.baseline == "auto" and made.fit.noise.background.tilt
     if settings.baseline == "auto":
         settings = replace(settings, baseline="linear" if tilted else "constant")
-    speed = speed_of(part, settings)
-    if speed is not None:
-        check_drag(part, settings)
-        part.meta["speed"] = speed
+    part, speed = with_speed(part, settings)
     at = turns(part.position)
     if len(at) > 1:
         more += (f"{(len(at) + 1) // 2} loading cycles are fitted together.",)
@@ -50,8 +48,7 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     reach = 0.5 * (end - contact)
     between = (contact - reach, min(contact + reach, end))
     outermost = float(part.depth.min())
-    asked = settings.contact_limits(turned)
-    ends = (outermost if asked[0] is None else asked[0], end if asked[1] is None else asked[1])
+    ends = contact_ends(settings, turned, outermost, end)
     between = (max(between[0], ends[0]), min(between[1], ends[1]))
     lower, upper = with_nuisance(objective, limits, ends)
     coarse = _binned(part, position, model, settings, _SCANNED, turned, speed)
@@ -168,83 +165,38 @@ def _binned(
 
 
 def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:
-    """Scan contact points, then relaxation, then contact points again; the amplitude by linear least squares."""
-    names, count = coarse.names, len(coarse.model.free)
-    origin, width, span, level, *_ = coarse.frame
-    moduli = [j for j in range(count) if names[j].endswith(MODULI)]
-    x = np.zeros(len(names))
-    x[:count] = coarse.model.start()
-    place = names.index("contact") if "contact" in names else None
-    if place is not None:
-        x[place] = (between[1] - origin) / width
+    """Scan contact points, then relaxations, then contact points again."""
     # without its cantilever a trial costs one history; the tip's own positions do for a start
     loose = coarse
     if coarse.spring is not None:
         loose = replace(coarse, depth=coarse.depth - coarse.force / coarse.spring, spring=None)
         loose = replace(loose, depth=levelled(loose.depth, turns(loose.depth)))
+    moduli = [j for j, name in enumerate(coarse.model.free) if name.endswith(MODULI)]
 
-    linear = [n for n in names if n in ("baseline", "tilt", "drag")]
-    root = np.sqrt(loose.counts)
+    def force(theta: Array, contacts: Array) -> Array:
+        return np.array([loose.model.history(loose.time, loose.depth - contact, theta) for contact in contacts])
 
-    def tried(trial: Array) -> tuple[float, Array]:
-        trial = np.clip(trial, lower, upper)
-        theta, rest = loose.split(trial)
-        force = loose.model.history(loose.time, loose.depth - rest["contact"], theta) / span
-        fixed = level if "baseline" in linear else rest["baseline"]
-        data = (loose.force - fixed) / span
-        rows = [coarse.column(n, rest, coarse.depth, coarse.speed) for n in linear]
-        if moduli:
-            rows.append(force)
-        else:
-            data = data - force
-        if not rows:
-            return float(loose.counts @ data**2), trial
-        columns = np.array(rows) * root
-        found = np.linalg.lstsq(columns.T, root * data, rcond=None)[0]
-        left = root * data - found @ columns
-        end = trial.copy()
-        if moduli:
-            factor = max(float(found[-1]), 1e-9)
-            end[moduli] += np.log(factor) / len(moduli)
-            if found[-1] <= 0:
-                left = root * data
-        for name, value in zip(linear, found, strict=False):
-            end[names.index(name)] = value
-        return float(left @ left), end
+    def best(thetas: list[Array], ends: tuple[float, float]) -> tuple[Array, Array, float]:
+        x = np.clip(tried(loose, thetas, ends, force, moduli)[0], lower, upper)
+        theta, rest = loose.split(x)
+        return x, theta, rest["contact"]
 
-    def best(trials: list[Array]) -> Array:
-        return min((tried(t) for t in trials), key=lambda pair: pair[0])[1]
-
-    for turn in range(2):
-        if place is not None:
-            # contact points of a scan
-            x = best([_with(x, place, (z - origin) / width) for z in np.linspace(*between, 24)])
-        if turn == 0:
-            x = best([x, *_laws(coarse, x)])
-    return np.clip(x, lower, upper)
+    _, theta, contact = best([coarse.model.start()], between)
+    _, theta, _ = best([theta, *_laws(coarse, theta)], (contact, contact))
+    return best([theta], between)[0]
 
 
-def _laws(objective: HistoryObjective, x: Array) -> list[Array]:
+def _laws(objective: HistoryObjective, theta: Array) -> list[Array]:
     """Relaxations to try: times from a few steps to the whole curve, shares and exponents."""
-    names = objective.names
     usual, whole = float(np.median(np.diff(objective.time))), float(np.ptp(objective.time))
-    single = {name: j for j, name in enumerate(names) if name in ("relaxation.time", "relaxation.equilibrium")}
+    known = {
+        "relaxation.time": np.log(np.geomspace(2 * usual, whole, 6)),
+        "relaxation.equilibrium": (np.arange(4) + 0.5) / 4,
+        "relaxation.exponent": 2.0 ** -np.arange(1, 6),
+    }
+    places = [j for j, name in enumerate(objective.model.free) if name in known]
     trials = []
-    if single:
-        for time in np.geomspace(2 * usual, whole, 6) if "relaxation.time" in single else [None]:
-            for share in (0.1, 0.3, 0.6, 0.85) if "relaxation.equilibrium" in single else [None]:
-                trial = x
-                if time is not None:
-                    trial = _with(trial, single["relaxation.time"], float(np.log(time)))
-                if share is not None:
-                    trial = _with(trial, single["relaxation.equilibrium"], share)
-                trials.append(trial)
-    if "relaxation.exponent" in names:
-        trials += [_with(x, names.index("relaxation.exponent"), v) for v in (0.03, 0.1, 0.2, 0.35, 0.55)]
+    for values in product(*(known[objective.model.free[j]] for j in places)):
+        trials.append(theta.copy())
+        trials[-1][places] = values
     return trials
-
-
-def _with(x: Array, place: int, value: float) -> Array:
-    y = x.copy()
-    y[place] = value
-    return y

@@ -12,7 +12,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN
-from flatpunch.indenters.profile import Indenter, split_angles
+from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
 
 _STILL = float(100 * np.finfo(float).eps)
@@ -44,7 +44,7 @@ def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float 
 
 @byte_cached
 def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
-    breaks = split_angles(indenter)
+    breaks = indenter.split_angles
     size = _first_size(breaks, order)
     phi, weights = _nodes(breaks, size)
     if not indenter.round:
@@ -84,12 +84,12 @@ def _finer(breaks: list[float], size: int, crossed: bool) -> tuple[list[float], 
 
 def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
     """Radii at which the means must have converged, and the tolerance."""
-    tolerance = max(_STILL, getattr(indenter, "angular_tolerance", None) or 0.0)
+    tolerance = max(_STILL, indenter.angular_tolerance)
     if indenter.exponent is not None:
         return np.array([1.0]), tolerance
-    scales = tuple(getattr(indenter, "scales", ()))
+    scales = indenter.scales
     radii = np.array(scales) if scales else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
-    crossings = getattr(indenter, "crossings", None)
+    crossings = indenter.crossings
     if crossings is None:
         return radii, tolerance
     return radii[~np.isfinite(crossings(radii)).any(axis=1)], tolerance

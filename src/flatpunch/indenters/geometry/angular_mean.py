@@ -18,7 +18,7 @@ from flatpunch._support.checks import Array
 from flatpunch.indenters._common import FULL_TURN, SAME
 from flatpunch.indenters.geometry.angle_rule import angular_rule, panel_rule
 from flatpunch.indenters.geometry.symmetry import rotational_symmetry
-from flatpunch.indenters.profile import Indenter, height_and_slope, split_angles
+from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, Sine
 
 ORDER = 32
@@ -40,8 +40,8 @@ class AngularRule:
 
     def __init__(self, indenter: Indenter, order: int = ORDER) -> None:
         self._order = order
-        self._crossings = getattr(indenter, "crossings", None)
-        breaks = split_angles(indenter)
+        self._crossings = indenter.crossings
+        breaks = indenter.split_angles
         self.start, self.period = breaks[0] if breaks else 0.0, FULL_TURN / rotational_symmetry(indenter)
         self._breaks = self._within(np.array(breaks))
         self._fixed = self._one_period(*angular_rule(indenter, order))
@@ -89,7 +89,7 @@ class AngularTable(ABC):
 
     def __init__(self, indenter: Indenter, order: int = ORDER) -> None:
         self._indenter, self._rule = indenter, AngularRule(indenter, order)
-        self._cuts = sorted({*indenter.rings, *getattr(indenter, "scales", ())})
+        self._cuts = sorted({*indenter.rings, *indenter.scales})
         self._table = PiecewiseChebyshev(
             lambda r: self._sample(np.minimum(r, indenter.reach)), self._edges, self._nodes, Sine
         )
@@ -140,7 +140,7 @@ class AngularTable(ABC):
         for start in range(0, r.size, step):
             radius = r[start : start + step]
             phi, weights = self._rule.at(radius)
-            parts.append(self.integrals(*height_and_slope(self._indenter, radius[:, None], phi), phi, weights))
+            parts.append(self.integrals(*self._indenter.height_and_slope(radius[:, None], phi), phi, weights))
         return np.vstack(parts)
 
 

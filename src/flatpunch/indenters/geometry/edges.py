@@ -10,7 +10,7 @@ from flatpunch.indenters.profile import Indenter
 
 def wedges_of(indenter: Indenter) -> list[tuple[float, float]]:
     """Polar angles of the edges, rounded ones included [rad], and tangents of half the angle to the next one."""
-    angles = np.array(sorted(indenter.corners + tuple(getattr(indenter, "rounded_edges", ()))))
+    angles = np.array(sorted(indenter.corners + indenter.rounded_edges))
     gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
     # half of the angle to the next edge at most [rad]
     half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, 1.5)

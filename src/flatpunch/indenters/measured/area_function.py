@@ -10,17 +10,20 @@ and 6.5 %).
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, non_negative, positive, refused_overflow, values
+from flatpunch._support.checks import Array, BadValue, refused_overflow
+from flatpunch._support.numbers import a_length, a_ratio
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import SAME, spread
+from flatpunch.indenters._common import SAME, case_file, spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class AreaFunction(RoundShape):
@@ -61,21 +64,16 @@ class AreaFunction(RoundShape):
     ['0.448 mN', '1.569 mN']
     """
 
-    coefficients: tuple[float, ...]
-    limit: float
-    unit: float = 1.0
-    start: float = 0.0
+    coefficients: tuple[Annotated[float, a_ratio("coefficients", example="[24.5, 3.0]")], ...]
+    limit: Annotated[float, a_length("limit", varies=False, example="5 um")]
+    unit: Annotated[float, a_length("unit", varies=False, needed=True)] = 1.0
+    start: Annotated[float, a_length("start", above=-np.inf, least=0.0, varies=False)] = 0.0
     _inverse: scipy.interpolate.PchipInterpolator = field(init=False, repr=False, compare=False)
 
     @refused_overflow()
-    def __post_init__(self) -> None:
-        found = tuple(values("AreaFunction.coefficients", self.coefficients, minimum=-np.inf, unit="1").tolist())
-        if not any(found):
+    def _together_(self) -> None:
+        if not any(self.coefficients):
             raise BadValue("AreaFunction.coefficients", "", "are all zero; C0 of a sharp Berkovich tip is 24.5.")
-        object.__setattr__(self, "coefficients", found)
-        object.__setattr__(self, "limit", positive("AreaFunction.limit", self.limit, unit="m"))
-        object.__setattr__(self, "unit", positive("AreaFunction.unit", self.unit, unit="m"))
-        object.__setattr__(self, "start", non_negative("AreaFunction.start", self.start, unit="m"))
         if self.start >= self.limit:
             raise BadValue("AreaFunction.start", repr(self.start), f"must be below the limit, {self.limit!r}.")
         object.__setattr__(self, "_inverse", self._table())

@@ -12,12 +12,13 @@ import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, Indices, non_negative, point, positive, switch
+from flatpunch._support.checks import Array, BadValue, Indices, point, positive
+from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters.measured.height_grid import (
@@ -32,12 +33,16 @@ from flatpunch.indenters.measured.height_grid import (
 )
 from flatpunch.indenters.measured.rising import first_fall
 from flatpunch.indenters.measured.smoothing import what_smoothing_changed
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
+
+Smoothing = Annotated[
+    float, a_length("smoothing", above=-np.inf, least=0.0, varies=False, remedy="0 interpolates the map as it is.")
+]
 
 
 @readable
 @dataclass(frozen=True, slots=True, eq=False)
-class HeightMap(Shape):
+class HeightMap(Indenter):
     """Tip given by heights on a rectangular grid; the spline rounds its edges over the distance of two points.
 
     Parameters
@@ -97,8 +102,8 @@ class HeightMap(Shape):
     reach: float = field()
     smoothing: float
     digest: str
-    rising: bool
-    elsewhere: float
+    rising: bool = field()
+    elsewhere: float = field()
     why_not_rising: str = field(repr=False)
     notes: tuple[str, ...] = field(repr=False)
     _spline: scipy.interpolate.RectBivariateSpline = field(repr=False)
@@ -106,6 +111,7 @@ class HeightMap(Shape):
     _hessian: tuple[float, float, float] = field(repr=False)
     _map: tuple[Array, Array, Array] | None = field(repr=False)
 
+    @checked
     def __init__(
         self,
         x: Sequence[float] | Array,
@@ -114,16 +120,15 @@ class HeightMap(Shape):
         *,
         apex: Literal["lowest", "highest"] = "lowest",
         level: bool = False,
-        smoothing: float = 0.0,
+        smoothing: Smoothing = 0.0,
         near: tuple[float, float] | None = None,
         reach: float | Literal["usable"] | None = None,
     ) -> None:
         columns, rows, heights = checked_grid(x, y, z)
-        smoothing = non_negative("HeightMap.smoothing", smoothing, "0 interpolates the map as it is.", unit="m")
         heights = oriented(heights, apex)
         if near is not None:
             near = point("HeightMap.near", near, "m")
-        if switch("HeightMap.level", level):
+        if level:
             heights = heights - plane(columns, rows, heights)
         if smoothing > max(np.ptp(columns), np.ptp(rows)):
             raise BadValue(

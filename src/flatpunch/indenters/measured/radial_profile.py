@@ -13,12 +13,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from flatpunch._support.checks import Array, BadValue, non_negative, numbers, values
+from flatpunch._support.checks import Array, BadValue, numbers, values
+from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
@@ -35,6 +37,12 @@ NOTABLE = 0.01
 
 _ROUNDING = 100 * np.finfo(float).eps
 """Height over the largest one that is rounding."""
+
+
+Smoothing = Annotated[
+    float,
+    a_length("smoothing", above=-np.inf, least=0.0, varies=False, remedy="0 takes the heights as they are."),
+]
 
 
 @readable
@@ -77,23 +85,25 @@ class RadialProfile(RoundShape):
     RadialProfile(r=(0, 2.04082e-08, ..., 1e-06), f=(0, 2.08247e-10, ..., 5e-07), kinks=())
     """
 
-    r: tuple[float, ...]
-    f: tuple[float, ...]
-    kinks: tuple[float, ...] = ()
+    r: tuple[Annotated[float, a_length("radii r", varies=False, example='["0 um", "1 um", "2 um", "3 um"]')], ...]
+    f: tuple[
+        Annotated[float, a_length("heights f", ascending=True, example='["0 nm", "100 nm", "400 nm", "900 nm"]')], ...
+    ]
+    kinks: tuple[Annotated[float, a_length("kinks", varies=False)], ...] = ()
     _smoothed: str = field(init=False, repr=False, compare=False)
     _curve: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
     _derivative: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
 
+    @checked
     def __init__(
         self,
         r: Sequence[float] | Array,
         f: Sequence[float] | Array,
         kinks: Sequence[float] | Array = (),
         *,
-        smoothing: float = 0.0,
+        smoothing: Smoothing = 0.0,
     ) -> None:
-        width = non_negative("RadialProfile.smoothing", smoothing, "0 takes the heights as they are.", unit="m")
-        radii, heights, cuts, change = _table(r, f, kinks, width)
+        radii, heights, cuts, change = _table(r, f, kinks, smoothing)
         object.__setattr__(self, "r", tuple(map(float, radii)))
         object.__setattr__(self, "f", tuple(map(float, heights)))
         object.__setattr__(self, "_smoothed", change)

@@ -8,11 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.numbers import HalfOpeningAngle, Inclination, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import inclination, spread
+from flatpunch.indenters._common import case_file, spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@case_file("", "of_opening", wears=True)
 @readable
 @dataclass(frozen=True, slots=True)
 class Cone(RoundShape):
@@ -35,10 +37,13 @@ class Cone(RoundShape):
       inclination  20 deg
     """
 
-    inclination: float
+    inclination: Inclination
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "inclination", inclination("Cone.inclination", self.inclination))
+    @classmethod
+    @checked
+    def of_opening(cls, half_opening_angle: HalfOpeningAngle) -> Cone:
+        """Cone by the angle between its axis and its face [rad]."""
+        return cls(math.pi / 2 - half_opening_angle)
 
     @property
     def exponent(self) -> float:

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import case_file, spread
 from flatpunch.indenters.shape import RoundShape
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class Cylinder(RoundShape):
@@ -33,15 +36,17 @@ class Cylinder(RoundShape):
     Cylinder(radius=1e-06)
     """
 
-    radius: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("Cylinder.radius", self.radius, unit="m"))
+    radius: Annotated[float, a_length("radius", example="5 um")]
 
     @property
     def reach(self) -> float:
         """R [m]."""
         return self.radius
+
+    @property
+    def flat(self) -> bool:
+        """True."""
+        return True
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite for r > R."""

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import check_slender, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters._common import case_file, check_slender, spread
+from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.sphere import USABLE
 
 
+@case_file(tilts=True)
 @readable
 @dataclass(frozen=True, slots=True)
-class Ellipsoid(Shape):
+class Ellipsoid(Indenter):
     """Lower half of an ellipsoid, f = half_z (1 - sqrt(1 - (x/half_x)^2 - (y/half_y)^2)).
 
     `EllipticParaboloid(half_z/(2 half_x^2), half_z/(2 half_y^2))` is its small-contact limit.
@@ -39,13 +42,11 @@ class Ellipsoid(Shape):
     False
     """
 
-    half_x: float
-    half_y: float
-    half_z: float
+    half_x: Annotated[float, a_length("half-axis x", example="10 um")]
+    half_y: Annotated[float, a_length("half-axis y", example="6 um")]
+    half_z: Annotated[float, a_length("half-axis z", example="5 um")]
 
-    def __post_init__(self) -> None:
-        for name in ("half_x", "half_y", "half_z"):
-            object.__setattr__(self, name, positive(f"Ellipsoid.{name}", getattr(self, name), unit="m"))
+    def _together_(self) -> None:
         check_slender("Ellipsoid", self.half_x, self.half_y, self.half_z)
 
     @property
@@ -83,7 +84,10 @@ class Ellipsoid(Shape):
         return np.asarray((np.cos(phi) / self.half_x) ** 2 + (np.sin(phi) / self.half_y) ** 2)
 
 
-def Spheroid(half_width: float, half_height: float) -> Ellipsoid:
+@checked
+def Spheroid(
+    half_width: Annotated[float, a_length("half-width")], half_height: Annotated[float, a_length("half-height")]
+) -> Ellipsoid:
     """Ellipsoid of revolution about the direction of indentation.
 
     Parameters
@@ -104,5 +108,4 @@ def Spheroid(half_width: float, half_height: float) -> Ellipsoid:
     >>> tip.round
     True
     """
-    half_width = positive("Spheroid.half_width", half_width, unit="m")
-    return Ellipsoid(half_width, half_width, positive("Spheroid.half_height", half_height, unit="m"))
+    return Ellipsoid(half_width, half_width, half_height)

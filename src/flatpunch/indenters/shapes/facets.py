@@ -10,19 +10,21 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import Inclination, an_angle
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, SAME, inclination, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters._common import FULL_TURN, SAME, spread
+from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.pyramid import Pyramid
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FacetedPyramid(Shape):
+class FacetedPyramid(Indenter):
     """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).
 
     Parameters
@@ -49,14 +51,11 @@ class FacetedPyramid(Shape):
     4
     """
 
-    directions: tuple[float, ...]
-    inclinations: tuple[float, ...]
+    directions: tuple[Annotated[float, an_angle("direction", least=-math.inf)], ...]
+    inclinations: tuple[Inclination, ...]
 
-    def __post_init__(self) -> None:
-        given = values("FacetedPyramid.directions", self.directions, minimum=-np.inf, unit="rad").tolist()
-        angles = values("FacetedPyramid.inclinations", self.inclinations, minimum=-np.inf, unit="rad").tolist()
-        directions = [direction % FULL_TURN for direction in given]
-        slants = [inclination(f"FacetedPyramid.inclinations[{i}]", angle) for i, angle in enumerate(angles)]
+    def _together_(self) -> None:
+        directions, slants = [direction % FULL_TURN for direction in self.directions], self.inclinations
         if len(directions) != len(slants) or len(slants) < 3:
             raise ValueError(
                 f"FacetedPyramid has {len(directions)} directions and {len(slants)} inclinations; it needs 3 faces or "

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import a_curvature, a_length, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import check_slender, spread
-from flatpunch.indenters.shape import RoundShape, Shape
+from flatpunch.indenters._common import case_file, check_slender, spread
+from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.shape import RoundShape
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class Paraboloid(RoundShape):
@@ -33,10 +37,7 @@ class Paraboloid(RoundShape):
     Paraboloid(radius=5e-06)
     """
 
-    radius: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("Paraboloid.radius", self.radius, unit="m"))
+    radius: Annotated[float, a_length("radius", example="5 um")]
 
     @property
     def exponent(self) -> float:
@@ -56,9 +57,14 @@ class Paraboloid(RoundShape):
         return spread(np.asarray(r) / self.radius, phi)
 
 
+_HALF = "A and B are half the principal curvatures, 1/(2 R)."
+_LEVELS = "f = A x^2 + B y^2"
+
+
+@case_file("", "of_radii")
 @readable
 @dataclass(frozen=True, slots=True)
-class EllipticParaboloid(Shape):
+class EllipticParaboloid(Indenter):
     """Paraboloid with elliptic level lines, f = A x^2 + B y^2.
 
     Parameters
@@ -77,14 +83,21 @@ class EllipticParaboloid(Shape):
     EllipticParaboloid(A=100000, B=200000)
     """
 
-    A: float
-    B: float
+    A: Annotated[float, a_curvature("curvature A", remedy=_HALF, about=_LEVELS)]
+    B: Annotated[float, a_curvature("curvature B", remedy=_HALF, about=_LEVELS)]
 
-    def __post_init__(self) -> None:
-        hint = "A and B are half the principal curvatures, 1/(2 R)."
-        object.__setattr__(self, "A", positive("EllipticParaboloid.A", self.A, hint, unit="1/m"))
-        object.__setattr__(self, "B", positive("EllipticParaboloid.B", self.B, hint, unit="1/m"))
+    def _together_(self) -> None:
         check_slender("EllipticParaboloid", self.A, self.B)
+
+    @classmethod
+    @checked
+    def of_radii(
+        cls,
+        radius_x: Annotated[float, a_length("radius along x", remedy="The tip is convex.", example="20 um")],
+        radius_y: Annotated[float, a_length("radius along y", remedy="The tip is convex.", example="12 um")],
+    ) -> EllipticParaboloid:
+        """Paraboloid of the principal radii of curvature along x and y [m]."""
+        return cls(0.5 / radius_x, 0.5 / radius_y)
 
     @property
     def exponent(self) -> float:

@@ -9,20 +9,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, Values, positive, values
+from flatpunch._support.checks import Array, BadValue, Values
+from flatpunch._support.numbers import Checked, Number, a_length, a_ratio, an_angle, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, SCATTERED, check_exponent, corner_angles, power
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, case_file, corner_angles, power
+from flatpunch.indenters.profile import Indenter
+
+Psi = Annotated[float, Number("angular factor", None, above=0.0)]
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class AngularConstant:
+class AngularConstant(Checked):
     """psi(phi) = value: a body of revolution.
 
     Parameters
@@ -31,10 +34,8 @@ class AngularConstant:
         psi [m^(1-n)], > 0.
     """
 
-    value: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "value", positive("PowerLaw.angular", self.value))
+    value: Psi
+    _called_: ClassVar = {"value": "PowerLaw.angular"}
 
     def __call__(self, phi: Array) -> Array:
         """Values psi in the shape of phi [rad]."""
@@ -43,7 +44,7 @@ class AngularConstant:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class AngularTable:
+class AngularTable(Checked):
     """psi(phi) through the points of a table, as a cubic spline that closes after one turn.
 
     At `corners` the spline is cut: it keeps its value there but not its slope.
@@ -58,14 +59,14 @@ class AngularTable:
         Angles of the table at which the outline has an edge.
     """
 
-    phi: tuple[float, ...]
-    psi: tuple[float, ...]
+    phi: tuple[Annotated[float, an_angle("angle", least=-np.inf)], ...]
+    psi: tuple[Psi, ...]
     corners: tuple[float, ...] = ()
     _spline: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
+    _called_: ClassVar = {"phi": "PowerLaw.angular phi", "psi": "PowerLaw.angular psi"}
 
-    def __post_init__(self) -> None:
-        phi = values("PowerLaw.angular phi", self.phi, minimum=-np.inf, unit="rad")
-        psi = values("PowerLaw.angular psi", self.psi, strict=True)
+    def _together_(self) -> None:
+        phi, psi = np.array(self.phi), np.array(self.psi)
         if phi.size != psi.size or phi.size < 3:
             raise BadValue(
                 "PowerLaw.angular",
@@ -79,8 +80,6 @@ class AngularTable:
                 "phi must increase strictly and stay below one turn (2 pi): the table closes by itself, leave out "
                 "the repeated first point.",
             )
-        object.__setattr__(self, "phi", tuple(map(float, phi)))
-        object.__setattr__(self, "psi", tuple(map(float, psi)))
         object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", self.corners))
         object.__setattr__(self, "_spline", _closed_spline(phi, psi, self.corners))
 
@@ -115,9 +114,10 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
     return scipy.interpolate.PPoly(np.hstack([piece.c for piece in pieces]), joints)
 
 
+@case_file("through")
 @readable
 @dataclass(frozen=True, slots=True)
-class PowerLaw(Shape):
+class PowerLaw(Indenter):
     """Indenter f = r^n psi(phi).
 
     Parameters
@@ -148,22 +148,41 @@ class PowerLaw(Shape):
     2.0
     """
 
-    exponent: float = field()
+    exponent: Exponent = field()
     angular: Callable[[Array], Array]
     corners: tuple[float, ...] = ()
     _round: bool = field(init=False, repr=False, compare=False)
 
+    @checked
     def __init__(
         self,
-        exponent: float,
+        exponent: Exponent,
         angular: float | Callable[[Array], Array] | tuple[Values, Values],
         corners: Sequence[float] = (),
     ) -> None:
-        object.__setattr__(self, "exponent", positive("PowerLaw.exponent", exponent, unit="1"))
-        check_exponent("PowerLaw.exponent", self.exponent)
+        object.__setattr__(self, "exponent", exponent)
         object.__setattr__(self, "corners", corner_angles("PowerLaw.corners", corners))
         object.__setattr__(self, "angular", _as_angular(angular, self.corners))
         object.__setattr__(self, "_round", bool(np.ptp(_tried(self.angular)) == 0))
+
+    @classmethod
+    @checked
+    def through(
+        cls,
+        exponent: Exponent,
+        radius: Annotated[float, a_length("radius", example="5 um")],
+        height: Annotated[float, a_length("height", example="1 um")],
+        angles: tuple[Annotated[float, an_angle("angles", least=-np.inf)], ...] | None = None,
+        factors: tuple[Annotated[float, a_ratio("factors", example="[1.0, 1.2, 1.1]")], ...] | None = None,
+        corners: tuple[Annotated[float, an_angle("corners", least=-np.inf)], ...] = (),
+    ) -> PowerLaw:
+        """Power law by its height at a radius [m], f = height (r/radius)^exponent, times factors at polar angles [rad]."""
+        if (angles is None) != (factors is None):
+            raise ValueError("angles and factors belong together: one factor for each polar angle of one turn.")
+        psi = height / radius**exponent
+        if angles is None or factors is None:
+            return cls(exponent, psi)
+        return cls(exponent, (angles, [psi * factor for factor in factors]), corners)
 
     @property
     def round(self) -> bool:

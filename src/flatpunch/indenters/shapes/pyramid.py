@@ -4,19 +4,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from flatpunch._support.ceilings import SIDES
-from flatpunch._support.checks import Array, whole
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import HalfOpeningAngle, Inclination, a_count, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, inclination, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters._common import FULL_TURN, case_file, spread
+from flatpunch.indenters.profile import Indenter
+
+Sides = Annotated[
+    int,
+    a_count(
+        "sides", 3, SIDES, remedy="A pyramid has 3 faces or more; the round limit is Cone(inclination).", example="4"
+    ),
+]
 
 
+@case_file("", "of_opening", wears=True)
 @readable
 @dataclass(frozen=True, slots=True)
-class Pyramid(Shape):
+class Pyramid(Indenter):
     """Regular pyramid, f = tan(inclination) max_j (x·n_j).
 
     The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,
@@ -43,13 +53,14 @@ class Pyramid(Shape):
       inclination  55 deg
     """
 
-    sides: int
-    inclination: float
+    sides: Sides
+    inclination: Inclination
 
-    def __post_init__(self) -> None:
-        hint = "A pyramid has 3 faces or more; the round limit is Cone(inclination)."
-        object.__setattr__(self, "sides", whole("Pyramid.sides", self.sides, 3, hint, most=SIDES))
-        object.__setattr__(self, "inclination", inclination("Pyramid.inclination", self.inclination))
+    @classmethod
+    @checked
+    def of_opening(cls, sides: Sides, half_opening_angle: HalfOpeningAngle) -> Pyramid:
+        """Pyramid by its number of faces and the angle between its axis and each face [rad]."""
+        return cls(sides, math.pi / 2 - half_opening_angle)
 
     @property
     def exponent(self) -> float:

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, positive
+from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters._common import case_file
+from flatpunch.indenters.profile import Indenter
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
-class Roller(Shape):
+class Roller(Indenter):
     """Roller along y, f = x^2/(2 R) + g(y); solved by boundary elements.
 
     Parameters
@@ -48,16 +52,12 @@ class Roller(Shape):
     0.71 um
     """
 
-    radius: float
-    length: float
-    crown: float | None = None
-    end_radius: float | None = None
+    radius: Annotated[float, a_length("radius", example="5 um")]
+    length: Annotated[float, a_length("length", example="20 um")]
+    crown: Annotated[float | None, a_length("radius of the crown")] = None
+    end_radius: Annotated[float | None, a_length("radius of the ends")] = None
 
-    def __post_init__(self) -> None:
-        for name in ("radius", "length", "crown", "end_radius"):
-            value = getattr(self, name)
-            if value is not None or name in ("radius", "length"):
-                object.__setattr__(self, name, positive(f"Roller.{name}", value, unit="m"))
+    def _together_(self) -> None:
         if self.crown is not None and self.end_radius is not None:
             raise BadValue(
                 "Roller.crown", "", "and Roller.end_radius are both given; a roller has one or the other, or neither."

@@ -4,18 +4,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from flatpunch._support.ceilings import SIDES
-from flatpunch._support.checks import Array, BadValue, positive, whole
+from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.numbers import a_count, a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters._common import case_file
+from flatpunch.indenters.profile import Indenter
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
-class RoundedPunch(Shape):
+class RoundedPunch(Indenter):
     """Flat end, a regular polygon, that passes into rounded edges, f = s^2/(2 corner_radius); solved by boundary elements.
 
     s is the distance from the flat, so that the corners of the polygon are rounded as well.
@@ -48,16 +52,11 @@ class RoundedPunch(Shape):
     48 N
     """
 
-    half_width: float
-    corner_radius: float
-    sides: int = 4
+    half_width: Annotated[float, a_length("half-width", example="5 um")]
+    corner_radius: Annotated[float, a_length("corner radius")]
+    sides: Annotated[int, a_count("sides", 3, SIDES, remedy="A round end is a Cylinder.")] = 4
 
-    def __post_init__(self) -> None:
-        for name in ("half_width", "corner_radius"):
-            object.__setattr__(self, name, positive(f"RoundedPunch.{name}", getattr(self, name), unit="m"))
-        object.__setattr__(
-            self, "sides", whole("RoundedPunch.sides", self.sides, 3, "A round end is a Cylinder.", most=SIDES)
-        )
+    def _together_(self) -> None:
         if self.corner_radius >= self.half_width:
             raise BadValue(
                 "RoundedPunch.corner_radius",

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import spread
+from flatpunch.indenters._common import case_file, spread
 from flatpunch.indenters.shape import RoundShape
 
 USABLE = 0.95
 """Largest contact radius over R: beyond it slopes exceed 3, which the theory does not cover."""
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
 class Sphere(RoundShape):
-    """Ball, f = R - sqrt(R^2 - r^2); `Paraboloid` is its small-contact limit.
+    """Sphere, f = R - sqrt(R^2 - r^2); `Paraboloid` is its small-contact limit.
 
     Parameters
     ----------
@@ -35,10 +38,7 @@ class Sphere(RoundShape):
     Sphere(radius=5e-06)
     """
 
-    radius: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", positive("Sphere.radius", self.radius, unit="m"))
+    radius: Annotated[float, a_length("radius", example="5 um")]
 
     @property
     def reach(self) -> float:

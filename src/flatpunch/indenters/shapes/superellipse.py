@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, positive
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import a_length, a_ratio
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import check_exponent, check_slender, power
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters._common import Exponent, case_file, check_slender, power
+from flatpunch.indenters.profile import Indenter
 
 
+@case_file()
 @readable
 @dataclass(frozen=True, slots=True)
-class Superellipse(Shape):
+class Superellipse(Indenter):
     """Power law with superelliptic level lines, ``f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p)``.
 
     Parameters
@@ -42,29 +45,23 @@ class Superellipse(Shape):
     35.3 uN, within 0.5 %
     """
 
-    half_x: float
-    half_y: float
-    height_at_axes: float
-    power: float = 4.0
-    exponent: float = 2.0
+    half_x: Annotated[float, a_length("half-axis x", example="10 um")]
+    half_y: Annotated[float, a_length("half-axis y", example="6 um")]
+    height_at_axes: Annotated[float, a_length("height at the axes", example="1 um")]
+    power: Annotated[
+        float,
+        a_ratio(
+            "power",
+            least=1.0,
+            most=1000.0,
+            outside="must lie between 1 and 1000: below, the level lines are hollow between the axes, and the contact would "
+            "not be convex; beyond, they are rectangles.",
+        ),
+    ] = 4.0
+    exponent: Exponent = 2.0
 
-    def __post_init__(self) -> None:
-        for name in ("half_x", "half_y", "height_at_axes", "power", "exponent"):
-            unit = "1" if name in ("power", "exponent") else "m"
-            object.__setattr__(self, name, positive(f"Superellipse.{name}", getattr(self, name), unit=unit))
+    def _together_(self) -> None:
         check_slender("Superellipse", self.half_x, self.half_y)
-        check_exponent("Superellipse.exponent", self.exponent)
-        if self.power > 1000:
-            raise BadValue(
-                "Superellipse.power", repr(self.power), "must be 1000 or less: beyond, its level lines are rectangles."
-            )
-        if self.power < 1:
-            raise BadValue(
-                "Superellipse.power",
-                repr(self.power),
-                "must be >= 1: below it the level lines are hollow between the axes, and the contact would not be "
-                "convex.",
-            )
 
     @property
     def corners(self) -> tuple[float, ...]:

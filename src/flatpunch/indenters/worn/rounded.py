@@ -16,13 +16,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, shown, switch
+from flatpunch._support.checks import Array, shown
+from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, spread
-from flatpunch.indenters.shape import Shape
+from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid, edge_directions, face_gradients
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -30,7 +32,7 @@ from flatpunch.indenters.shapes.pyramid import Pyramid
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Rounded(Shape):
+class Rounded(Indenter):
     """Pyramid or cone whose tip is rounded with a given radius, its faces tangent to the cap.
 
     Parameters
@@ -55,18 +57,16 @@ class Rounded(Shape):
     """
 
     tip: Pyramid | FacetedPyramid | Cone
-    radius: float
+    radius: Annotated[float, a_length("radius of the apex")]
     true_sphere: bool = True
     _gradients: Array | None = field(init=False, repr=False, compare=False)
 
-    def __post_init__(self) -> None:
+    def _together_(self) -> None:
         if not isinstance(self.tip, (Pyramid, FacetedPyramid, Cone)):
             raise TypeError(
                 f"Rounded.tip = {shown(self.tip)} must be a Pyramid, FacetedPyramid or Cone: other shapes are round at the "
                 "apex already."
             )
-        object.__setattr__(self, "radius", positive("Rounded.radius", self.radius, unit="m"))
-        object.__setattr__(self, "true_sphere", switch("Rounded.true_sphere", self.true_sphere))
         object.__setattr__(self, "_gradients", None if isinstance(self.tip, Cone) else face_gradients(self.tip))
 
     @property

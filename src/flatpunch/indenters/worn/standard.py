@@ -18,9 +18,11 @@ The first face looks along +x; Knoop's long diagonal lies along x. Sharp tips ar
 from __future__ import annotations
 
 import math
-from typing import overload
+from typing import Annotated, overload
 
-from flatpunch._support.checks import BadValue, non_negative, real, switch
+from flatpunch._support.checks import BadValue
+from flatpunch._support.numbers import Number, a_length, an_angle, checked
+from flatpunch.indenters._common import case_file
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -29,6 +31,24 @@ from flatpunch.indenters.worn.truncated import Truncated
 
 Tip = Pyramid | FacetedPyramid | Rounded | Truncated
 
+TipRadius = Annotated[float, a_length("radius of the apex", above=-math.inf, least=0.0, remedy="0 is sharp.")]
+HeightRemoved = Annotated[float, a_length("height removed", above=-math.inf, least=0.0, remedy="0 is sharp.")]
+
+
+def _a_face(what: str, example: str) -> Number:
+    """Half opening angle of a face."""
+    return an_angle(
+        what,
+        outside="must lie in 0 < angle < pi/2: the half opening angle between axis and face in radians. Degrees go "
+        "through math.radians.",
+        example=example,
+    )
+
+
+Front = Annotated[float, _a_face("front", "15 deg")]
+Back = Annotated[float, _a_face("back", "25 deg")]
+Side = Annotated[float, _a_face("side", "20 deg")]
+
 
 @overload
 def Vickers() -> Pyramid: ...
@@ -36,7 +56,9 @@ def Vickers() -> Pyramid: ...
 def Vickers(*, tip_radius: float) -> Rounded: ...
 @overload
 def Vickers(*, height_removed: float) -> Truncated: ...
-def Vickers(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
+@case_file(wears=True)
+@checked
+def Vickers(*, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Square diamond, 136 degrees between opposite faces: inclination 22 degrees.
 
     Parameters
@@ -65,7 +87,9 @@ def Berkovich(*, modified: bool = True) -> Pyramid: ...
 def Berkovich(*, modified: bool = True, tip_radius: float) -> Rounded: ...
 @overload
 def Berkovich(*, modified: bool = True, height_removed: float) -> Truncated: ...
-def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
+@case_file(wears=True)
+@checked
+def Berkovich(*, modified: bool = True, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Three-sided diamond: 65.27 degrees between axis and face (modified, today's), or the 65.03 degrees of the original.
 
     Parameters
@@ -91,7 +115,7 @@ def Berkovich(*, modified: bool = True, tip_radius: float = 0.0, height_removed:
     """
     return _finished(
         "Berkovich",
-        Pyramid(3, math.pi / 2 - math.radians(65.27 if switch("Berkovich.modified", modified) else 65.03)),
+        Pyramid(3, math.pi / 2 - math.radians(65.27 if modified else 65.03)),
         tip_radius,
         height_removed,
     )
@@ -103,7 +127,9 @@ def CubeCorner() -> Pyramid: ...
 def CubeCorner(*, tip_radius: float) -> Rounded: ...
 @overload
 def CubeCorner(*, height_removed: float) -> Truncated: ...
-def CubeCorner(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
+@case_file(wears=True)
+@checked
+def CubeCorner(*, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Corner of a cube, three faces at right angles: tan(inclination) = sqrt(2), far from the small slopes of the theory.
 
     Parameters
@@ -132,7 +158,9 @@ def Knoop() -> FacetedPyramid: ...
 def Knoop(*, tip_radius: float) -> Rounded: ...
 @overload
 def Knoop(*, height_removed: float) -> Truncated: ...
-def Knoop(*, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
+@case_file(wears=True)
+@checked
+def Knoop(*, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Rhombic diamond, edges at 172.5 degrees (long diagonal, along x) and 130 degrees (short diagonal, along y).
 
     ``f = |x| cot(86.25 deg) + |y| cot(65 deg)``: level lines are rhombi 7.11 times as long as wide.
@@ -164,7 +192,11 @@ def AfmPyramid(front: float, back: float, side: float) -> FacetedPyramid: ...
 def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float) -> Rounded: ...
 @overload
 def AfmPyramid(front: float, back: float, side: float, *, height_removed: float) -> Truncated: ...
-def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.0, height_removed: float = 0.0) -> Tip:
+@case_file(wears=True)
+@checked
+def AfmPyramid(
+    front: Front, back: Back, side: Side, *, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0
+) -> Tip:
     """Four-sided AFM tip by the half opening angles of its data sheet.
 
     Parameters
@@ -185,16 +217,6 @@ def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float = 0.
     >>> fp.AfmPyramid(np.radians(15), np.radians(25), np.radians(17.5), tip_radius=10e-9).radius
     1e-08
     """
-    given = (("front", front), ("back", back), ("side", side))
-    front, back, side = (real(f"AfmPyramid.{name}", angle, "rad") for name, angle in given)
-    for name, angle in (("front", front), ("back", back), ("side", side)):
-        if not 0 < angle < math.pi / 2:
-            raise BadValue(
-                f"AfmPyramid.{name}",
-                repr(angle),
-                "must lie in 0 < angle < pi/2: the half opening angle between axis and face in radians. Degrees go "
-                "through math.radians.",
-            )
     faces = tuple(math.pi / 2 - angle for angle in (front, side, back, side))
     pyramid = FacetedPyramid((0.0, math.pi / 2, math.pi, 3 * math.pi / 2), faces)
     return _finished("AfmPyramid", pyramid, tip_radius, height_removed)
@@ -224,8 +246,6 @@ def SpheroCone(inclination: float, radius: float) -> Rounded:
 
 
 def _finished(name: str, sharp: Pyramid | FacetedPyramid, tip_radius: float, height_removed: float) -> Tip:
-    tip_radius = non_negative(f"{name}.tip_radius", tip_radius, "0 is sharp.", unit="m")
-    height_removed = non_negative(f"{name}.height_removed", height_removed, "0 is sharp.", unit="m")
     if tip_radius and height_removed:
         raise BadValue(
             name,

@@ -9,25 +9,31 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, real, refused_overflow
+from flatpunch._support.checks import Array, refused_overflow
+from flatpunch._support.numbers import an_angle
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import SAME, spread
 from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
-from flatpunch.indenters.shape import Shape
 from flatpunch.indenters.shapes.facets import FacetedPyramid, face_gradients, pyramid_of
 from flatpunch.indenters.shapes.paraboloid import EllipticParaboloid, Paraboloid
 from flatpunch.indenters.shapes.power_law import PowerLaw
 from flatpunch.indenters.shapes.pyramid import Pyramid
 from flatpunch.indenters.worn.rounded import Rounded
 
+Tilt = Annotated[
+    float,
+    an_angle("tilt", above=-math.pi / 2, below=math.pi / 2, outside="must be an angle below pi/2 in size, in radians."),
+]
+
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Tilted:
+class Tilted(Indenter):
     """Indenter tilted by small angles: f + x tan(tilt_x) + y tan(tilt_y), from its new lowest point.
 
     A plane is added, as small slopes allow; a true rotation differs by the square of the tilt. A sphere, which does not change
@@ -65,20 +71,15 @@ class Tilted:
     """
 
     tip: Indenter
-    tilt_x: float
-    tilt_y: float = 0.0
+    tilt_x: Tilt
+    tilt_y: Tilt = 0.0
     apex: tuple[float, float] = field(init=False, compare=False)
     shape: Indenter = field(init=False, repr=False, compare=False)
 
     @refused_overflow()
-    def __post_init__(self) -> None:
+    def _together_(self) -> None:
         check_indenter(self.tip, "Tilted.tip")
         check_rising(self.tip)
-        for name in ("tilt_x", "tilt_y"):
-            value = real(f"Tilted.{name}", getattr(self, name), "rad")
-            if abs(value) >= math.pi / 2:
-                raise BadValue(f"Tilted.{name}", repr(value), "must be an angle below pi/2 in size, in radians.")
-            object.__setattr__(self, name, value)
         shape, apex = _tilted(self.tip, math.tan(self.tilt_x), math.tan(self.tilt_y))
         object.__setattr__(self, "shape", shape)
         object.__setattr__(self, "apex", apex)
@@ -101,27 +102,27 @@ class Tilted:
     @property
     def seams(self) -> tuple[float, ...]:
         """Joints about the new apex [rad]."""
-        return tuple(getattr(self.shape, "seams", ()))
+        return self.shape.seams
 
     @property
     def rounded_edges(self) -> tuple[float, ...]:
         """Rounded edges of the shape, which pass the new apex closer than its radius of curvature [rad]."""
-        return tuple(getattr(self.shape, "rounded_edges", ()))
+        return self.shape.rounded_edges
 
     @property
-    def angular_tolerance(self) -> float | None:
+    def angular_tolerance(self) -> float:
         """Tolerance of angular means of the shape."""
-        return getattr(self.shape, "angular_tolerance", None)
+        return self.shape.angular_tolerance
 
     @property
     def crossings(self) -> Callable[[Array], Array] | None:
         """Angles at which circles cross joints of the shape, if it has such a function."""
-        return getattr(self.shape, "crossings", None)
+        return self.shape.crossings
 
     @property
     def scales(self) -> tuple[float, ...]:
         """Lengths over which the shape varies [m]."""
-        return tuple(getattr(self.shape, "scales", ()))
+        return self.shape.scales
 
     @property
     def rings(self) -> tuple[float, ...]:
@@ -161,7 +162,7 @@ class _LeaningAngular:
 
 
 @dataclass(frozen=True, slots=True)
-class _Recentred(Shape):
+class _Recentred(Indenter):
     """f + gradient . x about the point `apex` of a smooth tip."""
 
     tip: Indenter
@@ -182,7 +183,7 @@ class _Recentred(Shape):
     @property
     def angular_tolerance(self) -> float:
         """Differences of heights at the old apex and the new cost some digits."""
-        return float(max(10 * SAME, getattr(self.tip, "angular_tolerance", None) or 0.0))
+        return float(max(10 * SAME, self.tip.angular_tolerance))
 
     @property
     def scales(self) -> tuple[float, ...]:

@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Annotated
 
 import numpy as np
 import scipy
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, BadValue, positive, refused_overflow, shown
+from flatpunch._support.checks import Array, BadValue, refused_overflow, shown
+from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
-from flatpunch.indenters.profile import Indenter, check_indenter, check_rising, split_angles
-from flatpunch.indenters.shape import Shape
-from flatpunch.indenters.shapes.cylinder import Cylinder
+from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Truncated(Shape):
+class Truncated(Indenter):
     """Tip cut off flat: f = max(0, f_tip - height).
 
     The slope jumps along the border of the flat, the level line f_tip = height. Where that is no circle, `rings` names the
@@ -46,25 +46,25 @@ class Truncated(Shape):
     """
 
     tip: Indenter
-    height_removed: float
+    height_removed: Annotated[float, a_length("height removed", remedy="It is the height cut off above the apex.")]
     _rings: tuple[float, ...] = field(init=False, repr=False, compare=False)
 
     @refused_overflow()
-    def __post_init__(self) -> None:
+    def _together_(self) -> None:
         check_indenter(self.tip, "Truncated.tip")
         check_rising(self.tip)
-        if isinstance(self.tip, (Cylinder, Truncated)):
+        if self.tip.flat or isinstance(self.tip, Truncated):
             raise TypeError(f"Truncated.tip = {shown(self.tip)} is flat already.")
-        removed = positive(
-            "Truncated.height_removed", self.height_removed, "It is the height cut off above the apex.", unit="m"
-        )
-        object.__setattr__(self, "height_removed", removed)
-        object.__setattr__(self, "_rings", _border(self.tip, removed))
+        object.__setattr__(self, "_rings", _border(self.tip, self.height_removed))
 
     @classmethod
-    def across(cls, tip: Indenter, radius: float) -> Truncated:
+    @checked
+    def across(
+        cls,
+        tip: Indenter,
+        radius: Annotated[float, a_length("radius", remedy="It is the smallest radius of the flat.")],
+    ) -> Truncated:
         """Tip cut off where its flat has the given smallest radius [m]: half the side of a square pyramid's flat."""
-        radius = positive("Truncated radius", radius, "It is the smallest radius of the flat.", unit="m")
         check_indenter(tip, "tip")
         if radius >= tip.reach:
             raise ValueError(
@@ -95,7 +95,7 @@ class Truncated(Shape):
     @property
     def seams(self) -> tuple[float, ...]:
         """Joints of the tip [rad]."""
-        return tuple(getattr(self.tip, "seams", ()))
+        return self.tip.seams
 
     @property
     def rings(self) -> tuple[float, ...]:
@@ -108,9 +108,9 @@ class Truncated(Shape):
         return self.tip.round
 
     @property
-    def angular_tolerance(self) -> float | None:
+    def angular_tolerance(self) -> float:
         """Tolerance of angular means of the tip; `crossings` gives the angles at which circles cross the border of the flat."""
-        return getattr(self.tip, "angular_tolerance", None)
+        return self.tip.angular_tolerance
 
     @property
     def scales(self) -> tuple[float, ...]:
@@ -143,7 +143,7 @@ class Truncated(Shape):
     @property
     def _of_tip(self) -> Callable[[Array], Array] | None:
         """What the tip says of its own kinks."""
-        return getattr(self.tip, "crossings", None)
+        return self.tip.crossings
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
@@ -207,7 +207,7 @@ def _least(function: Callable[[Array], Array], about: Array, width: float) -> Ar
 
 def _angles(tip: Indenter) -> Array:
     even = FULL_TURN * np.arange(RAYS) / RAYS
-    return np.array(sorted({*even, *split_angles(tip)}))
+    return np.array(sorted({*even, *tip.split_angles}))
 
 
 def _level_radii(tip: Indenter, level: float, phi: Array) -> Array:

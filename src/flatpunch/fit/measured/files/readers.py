@@ -37,11 +37,8 @@ from flatpunch.fit.measured.columns import (
     split_name,
 )
 from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.files.afm import MEASURED, AfmTables, UnknownFormat
-from flatpunch.fit.measured.files.excel import excel_tables
-from flatpunch.fit.measured.files.nanosurf import nanosurf_tables
-from flatpunch.fit.measured.files.text import text_tables
-from flatpunch.fit.measured.files.unpacked import unpacked
+from flatpunch.fit.measured.files.afm import MEASURED, AfmTables, UnknownFormat, nanosurf_tables
+from flatpunch.fit.measured.files.contents import excel_tables, text_tables, unpacked
 from flatpunch.fit.measured.records import begins_free, curves_among, in_time, tests_in
 
 TEXT, EXCEL, AFM = (tuple(WORDS["files"][kind]) for kind in ("text", "excel", "afm"))

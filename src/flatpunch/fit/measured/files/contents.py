@@ -1,13 +1,18 @@
-"""Text files of measured curves, in whatever encoding and with whatever mark between columns."""
+"""What files of numbers hold: texts in any encoding, sheets of Excel files by xlrd and openpyxl, the members of archives."""
 
 from __future__ import annotations
 
 import csv
+import io
 import re
+import tempfile
+import zipfile
+import zlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from flatpunch._support.reading import Unreadable, content, shown_path
+from flatpunch._support.checks import shown
+from flatpunch._support.reading import Unreadable, check_archive, content, shown_path
 from flatpunch.fit.measured.columns import WORDS, Table, names_a_curve
 from flatpunch.fit.measured.curve import CurveError
 from flatpunch.fit.measured.files.cells import NUMBER, Row, tables_of
@@ -85,3 +90,75 @@ def _cells(line: str, mark: str, decimal: str) -> Row:
     if decimal == ",":
         return [cell.replace(",", ".") if NUMBER.fullmatch(cell) else cell for cell in cells]
     return list(cells)
+
+
+def excel_tables(path: Path, sheet: str | None = None) -> list[Table]:
+    """Tables of all sheets of a file, or of one.
+
+    Raises
+    ------
+    CurveError
+        If the file cannot be read, or has no such sheet.
+    """
+    sheets = excel_sheets(path)
+    if sheet is not None and sheet not in sheets:
+        raise CurveError(f"{path.name}: there is no sheet {shown(sheet)}; there are {', '.join(map(repr, sheets))}.")
+    tables: list[Table] = []
+    for name, rows in sheets.items():
+        if sheet in (None, name):
+            cells = [[cell.strip() if isinstance(cell, str) else cell for cell in row] for row in rows]
+            lines = ["\t".join(str(cell) for cell in row if cell not in (None, "")) for row in cells]
+            tables += tables_of(f"{path.name}, sheet {name}", cells, lines)
+    return tables
+
+
+def excel_sheets(path: Path) -> dict[str, list[list[object]]]:
+    """All cells of all sheets; empty ones are None or ""."""
+    try:
+        check_archive(path)
+        if path.suffix.lower() == ".xls":
+            import xlrd
+
+            # it prints warnings of damaged files
+            with xlrd.open_workbook(path, logfile=io.StringIO()) as book:
+                return {s.name: [s.row_values(i) for i in range(s.nrows)] for s in book.sheets()}
+        import openpyxl
+
+        book = openpyxl.load_workbook(path, read_only=True, data_only=True)
+        try:
+            return {s.title: [list(row) for row in s.iter_rows(values_only=True)] for s in book.worksheets}
+        finally:
+            book.close()
+    except Unreadable as error:
+        raise CurveError(f"{path.name}: {error}.") from None
+    # xlrd and openpyxl index and unpack damaged bytes unchecked: KeyError, struct.error, zlib.error, AssertionError, ...
+    except Exception:
+        raise CurveError(f"{path.name}: damaged, or no Excel file. Save it again, or as CSV.") from None
+
+
+def unpacked(path: Path) -> Iterator[Path]:
+    """The files of an archive one after the other, in the order of their names.
+
+    Raises
+    ------
+    CurveError
+        If the archive is damaged or has a password.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive, tempfile.TemporaryDirectory() as folder:
+            for name in sorted((name for name in archive.namelist() if not name.endswith("/")), key=by_number):
+                # members of the same name in two folders are read before the next one takes their place
+                inner = Path(folder) / Path(name).name
+                inner.write_bytes(archive.read(name))
+                yield inner
+    # what `zipfile` and `zlib` raise on a damaged directory or member: an encrypted member is a RuntimeError, a name that is no
+    # text a ValueError
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError, ValueError):
+        raise CurveError(
+            f"{path.name}: its files cannot be unpacked. It is damaged, or has a password; give it as it was made, or unpack it."
+        ) from None
+
+
+def by_number(name: str) -> list[tuple[int, str]]:
+    """Key that sorts names as people count: curve2 before curve10."""
+    return [(int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name)]

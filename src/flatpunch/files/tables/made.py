@@ -1,0 +1,102 @@
+"""Tables of case files made of constructors: each declared argument is a field (`_support.numbers`)."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
+from types import GenericAlias
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, create_model
+
+from flatpunch._support.numbers import Argument, arguments
+from flatpunch.files.tables import fields
+from flatpunch.files.tables.fields import Table
+
+_OF_UNITS: dict[str, Any] = {
+    "m": fields.Length,
+    "1/m": fields.Curvature,
+    "Pa": fields.Pressure,
+    "Pa/m": fields.InterfaceStiffness,
+    "rad": fields.Angle,
+    "s": fields.Time,
+    "": fields.Number,
+}
+"""Types of fields by the unit of their numbers."""
+
+
+class Made(Table):
+    """A table whose object one of several constructors makes."""
+
+    ways: ClassVar[tuple[Callable[..., Any], ...]] = ()
+    given: ClassVar[frozenset[str]] = frozenset()
+    """Fields that are arguments of the constructors; others say what is done with the object."""
+
+    def build(self, folder: Path) -> Any:
+        """Return the object."""
+        return self.made()
+
+    def made(self) -> Any:
+        """The object, by the constructor whose arguments are given."""
+        own = own_fields(self.ways)
+        given = {name for names in own for name in names if getattr(self, name) is not None}
+        for way, names in zip(self.ways, own, strict=True):
+            if given == set(names):
+                return way(**{name: getattr(self, name) for name in arguments(way) if name in self.given})
+        choices = [_in_words(way, names) for way, names in zip(self.ways, own, strict=True)]
+        raise ValueError(f"give either {' or '.join(choices)}, and only one of the two.")
+
+    @classmethod
+    def proposed(cls) -> set[str]:
+        """Fields with which the page begins where there are several constructors: those of the last one."""
+        return set(own_fields(cls.ways)[-1]) if len(cls.ways) > 1 else set()
+
+
+def table_of(
+    kind: str, section: str, ways: Sequence[Callable[..., Any]], base: type[Made] = Made, may: Collection[str] = ()
+) -> type[Made]:
+    """The table of a kind, or of a section without kinds, made of its constructors; fields in `may` can be left out."""
+    common = set.intersection(*(set(arguments(way)) for way in ways))
+    found: dict[str, Any] = {
+        name: _field(argument, optional=name not in common or name in may)
+        for way in ways
+        for name, argument in arguments(way).items()
+        if name not in base.model_fields
+    }
+    # sentences on the page are plain text
+    about = (inspect.getdoc(ways[0]) or "").partition("\n")[0].replace("`", "")
+    name = f"{(kind or section).title().replace('-', '')}Table"
+    if kind:
+        found = {"kind": (Literal[kind], ...)} | found
+    table: type[Made] = create_model(name, __base__=base, __module__=__name__, __doc__=about, **found)
+    table.section, table.ways, table.given = section if kind else "", tuple(ways), frozenset(found)
+    return table
+
+
+def own_fields(ways: Sequence[Callable[..., Any]]) -> list[list[str]]:
+    """Arguments of each constructor that not all of them have."""
+    common = set.intersection(*(set(arguments(way)) for way in ways)) if ways else set()
+    return [[name for name in arguments(way) if name not in common] for way in ways]
+
+
+def _field(argument: Argument, *, optional: bool) -> tuple[Any, Any]:
+    """Type of a field and its default."""
+    number, default = argument.number, argument.default
+    if number is None:
+        return (fields.Switch | None, None) if optional else (fields.Switch, default)
+    kind: Any = fields.Count if number.whole else _OF_UNITS[number.unit or ""]
+    about: dict[str, Any] = {}
+    if argument.many:
+        kind, about = GenericAlias(list, (kind,)), {"description": f"a list such as {number.example or '[...]'}"}
+    if optional or argument.optional:
+        return Annotated[kind | None, number], Field(default=None, **about)
+    if number.needed or default is inspect.Parameter.empty:
+        return Annotated[kind, number], Field(**about)
+    return Annotated[kind, number], Field(default=list(default) if argument.many else default, **about)
+
+
+def _in_words(way: Callable[..., Any], names: Sequence[str]) -> str:
+    numbers = [number for name in names if (number := arguments(way)[name].number) is not None]
+    about = ", ".join(dict.fromkeys(number.about for number in numbers if number.about))
+    return " and ".join(names) + (f" ({about})" if about else "")
