@@ -50,6 +50,7 @@ coverage: $(VENV)/.installed-dev  ## Run the tests and print which share of the 
 	$(BIN)/python -m pytest -n $(WORKERS) --cov --cov-report=term:skip-covered
 
 benchmarks: $(VENV)/.installed-test  ## Measure the speed targets; the times of this version are kept in benchmarks/results
+	@mkdir -p benchmarks/results
 	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-columns=min,median,rounds \
 		--benchmark-json=benchmarks/results/$$($(BIN)/python -c 'import flatpunch; print(flatpunch.__version__)').json
 
