@@ -28,7 +28,8 @@ from flatpunch.compliance.response import (
     smallest_and_largest_modulus,
     spring_moduli,
 )
-from flatpunch.media import Body, PowerLawHalfSpace, PunchSolution, Stack, TabulatedMedium, TwoBodies, underlying
+from flatpunch.media import Body, PunchSolution, Stack, TabulatedMedium, TwoBodies, underlying
+from flatpunch.media.material import PowerLaw
 
 
 @readable
@@ -269,7 +270,7 @@ def _tail_begins(series: SmoothResponse) -> float:
     return float(kappa[min(int(np.flatnonzero(rest > 1e-14).max(initial=-1)) + 1, kappa.size - 1)])
 
 
-def _power_law(medium: PowerLawHalfSpace) -> Kernel:
+def _power_law(medium: PowerLaw) -> Kernel:
     if medium.exponent == 0:
         return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)
     constant, exponent = power_law_constant(medium.exponent, medium.poisson), medium.exponent

@@ -21,7 +21,7 @@ from scipy.interpolate import CubicSpline
 from flatpunch._support.checks import Array
 from flatpunch.compliance.depth import Waves, named_waves
 from flatpunch.compliance.layered import sagittal_system
-from flatpunch.media import PowerLawHalfSpace
+from flatpunch.media.material import PowerLaw
 from flatpunch.media.plane import isotropic_plane
 
 _DEEPEST, _SHALLOWEST = 120.0, 1e-14
@@ -31,7 +31,7 @@ _NODES = 24000
 """Nodes of the splines in ln x: 1e-12 of the largest value between them."""
 
 
-def power_law_waves(body: PowerLawHalfSpace, k: Array, z: Array) -> Waves:
+def power_law_waves(body: PowerLaw, k: Array, z: Array) -> Waves:
     """Fields at depths z, shape (nz,), under unit load waves of wavenumbers k > 0, shape (nk,).
 
     Depths are >= 0 [m], but > 0 where the exponent is negative, for the stresses along the surface are infinite there.

@@ -14,7 +14,8 @@ import numpy as np
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
-    from flatpunch.media import AnyLayer, Body, PowerLawHalfSpace
+    from flatpunch.media import AnyLayer, Body
+    from flatpunch.media.material import PowerLaw
 
 _POINTS = 8
 """Nodes of a polynomial."""
@@ -43,7 +44,7 @@ def radial_compliance(body: Body, k: Array) -> Radial:
     if not stack:
         return _of_pair(body, k)
     if law := stack.power_law:
-        return _of_power_law(law, k)
+        return _of_power_law(stack, law, k)
     along, across = surface_flexibility(stack, k)
     return Radial(-along[1, 1] / k, -along[0, 0] / k, -across / k, along[0, 1] / k)
 
@@ -59,17 +60,17 @@ def _of_pair(pair: Body, k: Array) -> Radial:
     return total
 
 
-def _of_power_law(body: PowerLawHalfSpace, k: Array) -> Radial:
+def _of_power_law(body: Body, law: PowerLaw, k: Array) -> Radial:
     from flatpunch.compliance import compliance
     from flatpunch.compliance.power_law_depth import power_law_waves
 
-    if body.exponent >= 1:
+    if law.exponent >= 1:
         raise ValueError(
-            f"medium has a modulus that vanishes at the surface like z^{body.exponent:g}: under shear tractions its displacement "
+            f"medium has a modulus that vanishes at the surface like z^{law.exponent:g}: under shear tractions its displacement "
             "is infinite. `normal_compliance` exists."
         )
     with np.errstate(all="ignore"):  # stresses along the surface may be infinite; displacements are not
-        waves = power_law_waves(body, k, np.zeros(1))
+        waves = power_law_waves(law, k, np.zeros(1))
     normal, shear, across = (each[..., 0] for each in (waves.normal, waves.shear, waves.transverse))
     return Radial(np.asarray(compliance(body)(k)), -shear[0] / k, -across[0] / k, -normal[0] / k)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from math import inf
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 import numpy as np
 
@@ -25,8 +25,27 @@ from flatpunch.media.plane import (
     isotropic_slopes,
 )
 
-if TYPE_CHECKING:
-    from flatpunch.media.power_law import PowerLawHalfSpace
+
+class PowerLaw(Protocol):
+    """A half-space whose Young's modulus is a power of depth, E(z) = modulus (z/depth)^exponent."""
+
+    @property
+    def modulus(self) -> float: ...  # noqa: D102
+
+    @property
+    def depth(self) -> float: ...  # noqa: D102
+
+    @property
+    def exponent(self) -> float: ...  # noqa: D102
+
+    @property
+    def poisson(self) -> float: ...  # noqa: D102
+
+    @property
+    def surface_modulus(self) -> float: ...  # noqa: D102
+
+    @property
+    def length(self) -> float: ...  # noqa: D102
 
 
 class Part:
@@ -50,7 +69,7 @@ class Part:
         return False
 
     @property
-    def power_law(self) -> PowerLawHalfSpace | None:
+    def power_law(self) -> PowerLaw | None:
         """The half-space itself where the modulus is a power of depth."""
         return None
 

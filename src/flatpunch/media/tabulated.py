@@ -7,7 +7,7 @@ from typing import Protocol
 
 from flatpunch._support.checks import Array, Indices, shown
 from flatpunch._support.readable import readable
-from flatpunch.media.power_law import PowerLawHalfSpace
+from flatpunch.media.material import PowerLaw
 from flatpunch.media.stack import Body, Stack
 
 
@@ -72,7 +72,7 @@ class TabulatedMedium(Body):
         return self.medium.anisotropic
 
     @property
-    def power_law(self) -> PowerLawHalfSpace | None:
+    def power_law(self) -> PowerLaw | None:
         """As the medium."""
         return self.medium.power_law
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from flatpunch._support.checks import shown
 from flatpunch._support.readable import Table, readable, table_of
 from flatpunch.media.graded import CONTRAST
-from flatpunch.media.power_law import PowerLawHalfSpace
+from flatpunch.media.material import PowerLaw
 from flatpunch.media.stack import Body, Stack
 
 
@@ -87,7 +87,7 @@ class TwoBodies(Body):
         return any(body.anisotropic for body in self.elastic)
 
     @property
-    def power_law(self) -> PowerLawHalfSpace | None:
+    def power_law(self) -> PowerLaw | None:
         """The first of them whose modulus is a power of depth."""
         return next((law for body in self.elastic if (law := body.power_law)), None)
 

@@ -23,11 +23,11 @@ import scipy
 from flatpunch._support.checks import Array
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.power_law import stiffness_factor
-from flatpunch.media import PowerLawHalfSpace
+from flatpunch.media.material import PowerLaw
 from flatpunch.numerics.beta import beta
 
 
-def power_law_punch(body: PowerLawHalfSpace | Kernel) -> PowerLawPunch:
+def power_law_punch(body: PowerLaw | Kernel) -> PowerLawPunch:
     """Closed forms for a power-law half-space, or for its kernel."""
     if isinstance(body, Kernel):
         k, constant = body.exponent, float(body.response(np.ones(1))[0])
