@@ -122,7 +122,7 @@ def _amplitudes(record: Record, table: Table, place: float, spring: float) -> Ar
     if beyond[0] > 0:
         # in contact from the first reading: the rise between both ends, of a tip that goes less far than the base
         rise = float(np.diff(table.force(beyond[[0, -1]]))[0])
-        return abs(float(force[-1] - force[0])) / max(rise, TINY) * np.geomspace(0.5, 100, _AMPLITUDES)
+        return abs(float(force[-1] - force[0])) / max(rise, TINY) * np.geomspace(0.7, 30, _AMPLITUDES)
     i = min(int(np.searchsorted(position, place)), n - 3)
     rises = np.abs(force - force[max(i - 2 * FEWEST, 0) : i + 1].mean())
     at = np.unique((i + np.geomspace(2, max(n - 1 - i, 2), _AMPLITUDES)).astype(int))
