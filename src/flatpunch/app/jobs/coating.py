@@ -18,7 +18,6 @@ from flatpunch.app.limits import DRAWN
 from flatpunch.app.plain import case_of, plain, short
 from flatpunch.app.problems import CALLED, explained
 from flatpunch.app.saved import file_bytes
-from flatpunch.compliance.stack import interfaces
 from flatpunch.fields import Strength
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import parsed
@@ -99,7 +98,7 @@ def section(case: Case, found: Stresses, quantity: str) -> Plain | None:
     across, down = (spread(axis.size, most) for axis, most in zip((x, z), DRAWN.section, strict=True))
     values = _values(found, quantity)[np.ix_(across, down)].T
     body = underlying(case.medium).single
-    faces = interfaces(body) if body else np.zeros(0)
+    faces = np.cumsum([layer.thickness for layer in body.layers] if body else [])
     return {
         "x": [plain(float(x[0])), plain(float(x[-1]))],
         "z": [plain(float(z[0])), plain(float(z[-1]))],
