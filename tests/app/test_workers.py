@@ -1,12 +1,13 @@
 """Processes of the page and the jobs that wait for them."""
 
 import dataclasses
-import time
+from concurrent.futures import Future
 
 import pytest
 
 from flatpunch.app import workers
 from flatpunch.app.limits import LIMITS
+from support import sample_points as functions
 
 
 @pytest.fixture
@@ -26,7 +27,11 @@ def test_jobs_end_where_no_process_can_be_had(pool, monkeypatch, how):
 
         monkeypatch.setattr(workers, "_worker", refused)
     else:
-        monkeypatch.setattr(workers, "_is_ready", lambda worker: False)
+
+        def unloadable(worker):
+            raise ImportError("no library")
+
+        monkeypatch.setattr(workers, "_prepare_in", unloadable)
     jobs = [pool.submit("press:warm_up") for _ in range(3)]
     for job in jobs:
         assert job.wait(LIMITS.start)
@@ -70,19 +75,32 @@ def test_short_jobs_and_waits_have_a_longest_time(monkeypatch):
     monkeypatch.setattr(page, "LIMITS", limits)
 
     class Endless:
-        class pipe:
-            @staticmethod
-            def poll(seconds):
-                time.sleep(0.01)
-                return False
+        @staticmethod
+        def submit(*call):
+            return Future()
 
         @staticmethod
-        def give(*call):
-            pass
+        def progress():
+            return None
 
-    assert workers._done(Endless, workers.Job("short", ("press:warm_up", ()), long=False)) == ("stopped", None, False)
+    assert workers._done(Endless, workers.Job("short", ("press:warm_up", ()), long=False)) == ("stopped", None)
     stopped = []
     job = workers.Job("long", ("press:warm_up", ()), long=True, stop=lambda: stopped.append(True))
     page._wait(job)
     assert (job.state, stopped) == ("failed", [True])
     assert "was stopped. Solve it on the page first." in job.outcome
+
+
+def test_a_job_whose_process_is_killed_is_done_by_another(pool, monkeypatch, tmp_path):
+    """Once: what costs two processes fails, with a sentence, and the next job is done."""
+    monkeypatch.setattr(workers, "_call", functions.deadly_job)
+    monkeypatch.setattr(workers, "_prepare", list)
+    for deaths, state in ((1, "done"), (2, "failed"), (0, "done")):
+        marks = tmp_path / str(deaths)
+        marks.mkdir()
+        job = pool.submit("any:job", str(marks), deaths)
+        assert job.wait(60)
+        assert job.state == state, job.outcome
+        assert len(list(marks.iterdir())) == deaths
+        if state == "failed":
+            assert "lost twice (its process ended with signal SIGKILL); there may not be enough memory" in job.outcome

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from flatpunch.compliance import compliance
-from flatpunch.compliance.graded import graded_response
-from flatpunch.compliance.layered import layered_response
+from flatpunch.compliance.response import layered_response
 from flatpunch.media import (
     ExponentialModulus,
     GradedLayer,
@@ -54,7 +53,7 @@ def test_a_constant_grading_is_a_layer(nu, bonded, base):
     graded = Medium([Layer(3.0, 0.2, 0.4), GradedLayer(1.0, nu, 1.0, bonded)], BASES[base])
     plain = Medium([Layer(3.0, 0.2, 0.4), Layer(1.0, nu, 1.0, bonded)], BASES[base])
     # TOLERANCE 1e-12 a step; a base 1e3 times softer amplifies what is lost at the lower face tenfold
-    np.testing.assert_allclose(graded_response(graded, KAPPA), layered_response(plain, KAPPA), rtol=1e-11)
+    np.testing.assert_allclose(layered_response(graded, KAPPA), layered_response(plain, KAPPA), rtol=1e-11)
 
 
 @pytest.mark.parametrize("law", list(LAWS))
@@ -66,7 +65,7 @@ def test_a_cut_through_the_grading_changes_nothing(law, nu, bonded):
     upper = GradedLayer(young, nu, 0.37)
     lower = GradedLayer(lambda z: young(z + 0.37), nu, 0.63, bonded)
     np.testing.assert_allclose(
-        graded_response(whole, KAPPA), graded_response(Medium([upper, lower], RigidBase()), KAPPA), rtol=2e-11
+        layered_response(whole, KAPPA), layered_response(Medium([upper, lower], RigidBase()), KAPPA), rtol=2e-11
     )
 
 
@@ -78,7 +77,7 @@ def test_stacks_of_constant_layers_converge_to_it_like_n_to_the_minus_two(law, b
 
     medium = Medium([GradedLayer(LAWS[law], poisson, 1.0)], BASES[base])
     kappa = np.array([0.05, 0.5, 2.0, 6.0])
-    exact = graded_response(medium, kappa)
+    exact = layered_response(medium, kappa)
     values = []
     for n in (32, 64, 128, 256):
         z = (np.arange(n) + 0.5) / n
@@ -103,7 +102,7 @@ def test_the_interpolant_is_as_good_as_it_says(law, nu, base):
     medium = Medium([GradedLayer(LAWS[law], nu, 1.0)], BASES[base])
     kernel = compliance(medium)
     kappa = np.geomspace(kernel.floor / 300, kernel.cutoff, 211) * 1.013
-    exact = graded_response(medium, kappa)
+    exact = layered_response(medium, kappa)
     # TOLERANCE of the interpolant plus that of the response, relative everywhere
     np.testing.assert_allclose(kernel.response(kappa), exact, rtol=1e-11)
     np.testing.assert_allclose(kernel.remainder(kappa), exact - 1, rtol=0, atol=1e-11 * exact.max())
@@ -135,11 +134,13 @@ def test_long_waves_on_a_rigid_base():
     nu = 0.3
     one = w @ ((1 + nu) * (1 - 2 * nu) / ((1 - nu) * young(z)))
     medium = Medium([GradedLayer(young, nu, 1.0)], RigidBase())
-    np.testing.assert_allclose(graded_response(medium, kappa), medium.surface_modulus * kappa / 2 * one, rtol=3e-6)
+    np.testing.assert_allclose(layered_response(medium, kappa), medium.surface_modulus * kappa / 2 * one, rtol=3e-6)
     # incompressible, bonded: flow driven by the pressure gradient, C = k^2 int z^2/mu dz
     three = w @ (z**2 * 3 / young(z))
     medium = Medium([GradedLayer(young, 0.5, 1.0)], RigidBase())
-    np.testing.assert_allclose(graded_response(medium, kappa), medium.surface_modulus * kappa**3 / 2 * three, rtol=3e-6)
+    np.testing.assert_allclose(
+        layered_response(medium, kappa), medium.surface_modulus * kappa**3 / 2 * three, rtol=3e-6
+    )
 
 
 def test_tables_are_integrated_across_their_knots():
@@ -149,7 +150,7 @@ def test_tables_are_integrated_across_their_knots():
     pieces = [GradedLayer(lambda s, a=a: layer.young_at(a + s), 0.3, 0.125) for a in z[:-1]]
     base = HalfSpace(2.0, 0.2)
     np.testing.assert_allclose(
-        graded_response(Medium([layer], base), KAPPA), graded_response(Medium(pieces, base), KAPPA), rtol=1e-11
+        layered_response(Medium([layer], base), KAPPA), layered_response(Medium(pieces, base), KAPPA), rtol=1e-11
     )
 
 
@@ -158,7 +159,7 @@ def test_a_jump_inside_one_layer_is_found_by_the_step_control():
     halves = Medium([Layer(1.0, 0.3, 0.51), Layer(2.0, 0.3, 0.49)], RigidBase())
     # the step across the jump shrinks until its estimate is below TOLERANCE; estimates of smooth laws are worth less there
     np.testing.assert_allclose(
-        graded_response(Medium([jump], RigidBase()), KAPPA), layered_response(halves, KAPPA), rtol=1e-10
+        layered_response(Medium([jump], RigidBase()), KAPPA), layered_response(halves, KAPPA), rtol=1e-10
     )
 
 
@@ -173,7 +174,7 @@ def test_a_law_that_fails_between_the_depths_checked_is_caught_on_the_way():
     # a dip to negative values narrower than the spacing of the check at 2049 depths
     layer = GradedLayer(lambda z: 1 - 2 * np.exp(-(((z - 0.50012) / 5e-5) ** 2)), 0.3, 1.0)
     with pytest.raises(ValueError, match=r"young = -.* at depth z = 500\.1 mm"):
-        graded_response(Medium([layer], RigidBase()), np.geomspace(0.1, 20, 200))
+        layered_response(Medium([layer], RigidBase()), np.geomspace(0.1, 20, 200))
 
 
 def test_a_root_of_the_depth_has_no_tail_but_a_response():
@@ -181,7 +182,7 @@ def test_a_root_of_the_depth_has_no_tail_but_a_response():
     medium = Medium([GradedLayer(PowerModulus(1.0, 2.0, 1.0, 0.5), 0.3, 1.0)], HalfSpace(2.0, 0.3))
     kernel = compliance(medium)
     kappa = np.geomspace(0.01, 1e6, 40)
-    np.testing.assert_allclose(kernel.response(kappa), graded_response(medium, kappa), rtol=1e-11)
+    np.testing.assert_allclose(kernel.response(kappa), layered_response(medium, kappa), rtol=1e-11)
 
 
 def test_under_a_homogeneous_layer_short_waves_see_that_layer_only():
@@ -189,7 +190,7 @@ def test_under_a_homogeneous_layer_short_waves_see_that_layer_only():
     kernel = compliance(medium)
     assert kernel.tail == 0.0
     assert not kernel.graded
-    np.testing.assert_allclose(kernel.response(KAPPA), graded_response(medium, KAPPA / 0.5), rtol=1e-11)
+    np.testing.assert_allclose(kernel.response(KAPPA), layered_response(medium, KAPPA / 0.5), rtol=1e-11)
     np.testing.assert_array_equal(kernel.response(np.array([30.0, 1e3])), 1.0)
 
 

@@ -6,8 +6,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.compliance.depth import waves_at
 from flatpunch.compliance.derivatives import compliance_derivatives
-from flatpunch.compliance.graded import graded_flexibility, graded_response
-from flatpunch.compliance.layered import layered_response
+from flatpunch.compliance.response import layered_response, stack_flexibility
 from flatpunch.compliance.surface import surface_flexibility
 from flatpunch.media import paths
 from flatpunch.sensitivity.parameters import medium_parameters
@@ -73,7 +72,7 @@ def test_isotropic_constants_give_the_isotropic_layer(nu, bonded):
         one = fp.Medium([fp.GradedLayer(young, nu, 1.0, bonded)], base)
         other = fp.Medium([fp.GradedLayer(young, nu, 1.0, bonded, young, nu, shear)], base)
         assert other.surface_modulus == pytest.approx(one.surface_modulus, rel=1e-15)
-        np.testing.assert_allclose(graded_response(other, KAPPA), graded_response(one, KAPPA), rtol=1e-12)
+        np.testing.assert_allclose(layered_response(other, KAPPA), layered_response(one, KAPPA), rtol=1e-12)
         ours, theirs = waves_at(other, KAPPA, z, where), waves_at(one, KAPPA, z, where)
         for name in ("normal", "shear", "transverse"):
             mine, exact = getattr(ours, name), getattr(theirs, name)
@@ -90,7 +89,7 @@ def test_constant_laws_give_the_homogeneous_layer():
         face, base = FACES[trial % 4], BASES[trial % 3]
         graded = fp.Medium([fp.GradedLayer(young, nu, 1.0, face, axial, nu_axial, shear)], base)
         plain = fp.Medium([fp.TransverselyIsotropicLayer(young, axial, nu, nu_axial, shear, 1.0, face)], base)
-        np.testing.assert_allclose(graded_response(graded, KAPPA), layered_response(plain, KAPPA), rtol=1e-11)
+        np.testing.assert_allclose(layered_response(graded, KAPPA), layered_response(plain, KAPPA), rtol=1e-11)
         along, across = surface_flexibility(graded, KAPPA)
         exact_along, exact_across = surface_flexibility(plain, KAPPA)
         np.testing.assert_allclose(across, exact_across, rtol=1e-9)
@@ -100,7 +99,7 @@ def test_constant_laws_give_the_homogeneous_layer():
 @pytest.mark.parametrize("base", BASES, ids=["rigid", "isotropic", "anisotropic"])
 def test_stacks_of_constant_layers_converge_to_it_like_n_to_the_minus_two(base):
     medium, kappa, values = fp.Medium([COLUMNS], base), np.array([0.05, 0.5, 2.0, 6.0]), []
-    exact = graded_response(medium, kappa)
+    exact = layered_response(medium, kappa)
     for n in (64, 128, 256):
         rows = zip(*COLUMNS.constants_at((np.arange(n) + 0.5) / n), strict=True)
         thin = fp.Medium([fp.TransverselyIsotropicLayer(*map(float, row), 1 / n) for row in rows], base)
@@ -132,7 +131,7 @@ def test_random_gradings_against_collocation(decades):
             springs,
             not face,
         )
-        ours = graded_response(medium, np.array([k]))[0] * 2 / medium.surface_modulus
+        ours = layered_response(medium, np.array([k]))[0] * 2 / medium.surface_modulus
         assert ours == pytest.approx(exact[0, 1, 0], rel=1e-11)
         some = rng.integers(0, z.size, 12)
         waves = waves_at(medium, np.array([k]), z[some], np.zeros(12, dtype=int))
@@ -156,7 +155,7 @@ def test_an_isotropic_depth_inside_the_layer():
     medium = fp.Medium([layer], fp.RigidBase())
     for k in (0.1, 1.0, 10.0):
         _, exact = solve(lambda z: sampled(layer, z), 1.0, k, PRESSURE, np.zeros((3, 3)))
-        ours = graded_response(medium, np.array([k]))[0] * 2 / medium.surface_modulus
+        ours = layered_response(medium, np.array([k]))[0] * 2 / medium.surface_modulus
         assert ours == pytest.approx(exact[0, 1, 0], rel=1e-11)
 
 
@@ -218,7 +217,7 @@ def test_a_cut_through_the_grading_changes_nothing():
         parts.append(fp.GradedLayer(young, poisson, h, True, *axial))
     for base in BASES:
         one, two = fp.Medium([COLUMNS], base), fp.Medium(parts, base)
-        np.testing.assert_allclose(graded_response(two, KAPPA), graded_response(one, KAPPA), rtol=2e-11)
+        np.testing.assert_allclose(layered_response(two, KAPPA), layered_response(one, KAPPA), rtol=2e-11)
 
 
 def test_small_contacts_feel_the_surface_and_large_ones_the_base():
@@ -251,7 +250,7 @@ def test_derivatives_against_differences():
     medium = fp.Medium([film], BASES[2])
     kernel, k, wanted = fp.compliance(medium), np.array([0.1, 1.0, 5.0]), medium_parameters(medium)
     assert {each.kind for each in wanted if each.part == 0} == {
-        *film.laws,
+        *film.numbers,
         "thickness",
         "normal spring",
         "shear spring",
@@ -261,7 +260,7 @@ def test_derivatives_against_differences():
         step, ends = 1e-4 * each.value, []
         for sign in (1, -1):
             changed, _ = paths.with_values(medium, None, {each.name: each.value + sign * step})
-            ends.append(graded_response(changed, k) * 2 / (changed.surface_modulus * k))
+            ends.append(layered_response(changed, k) * 2 / (changed.surface_modulus * k))
         np.testing.assert_allclose(slope, (ends[0] - ends[1]) / (2 * step), rtol=1e-6, atol=1e-9 * slope.max())
 
 
@@ -285,7 +284,7 @@ def test_extreme_anisotropy(ratio):
     young, shear = fp.LinearModulus(1.0, 3.0, 1.0), fp.LinearModulus(1.0, 0.5, 1.0)
     medium = fp.Medium([fp.GradedLayer(young, 0.3, 1.0, True, axial, nu_axial, shear)], fp.HalfSpace(2.0, 0.3))
     kernel = fp.compliance(medium)
-    np.testing.assert_allclose(kernel.response(KAPPA), graded_response(medium, KAPPA), rtol=1e-11)
+    np.testing.assert_allclose(kernel.response(KAPPA), layered_response(medium, KAPPA), rtol=1e-11)
     k = np.array([0.5])
     _, exact = solve(lambda z: sampled(medium.layers[0], z), 1.0, 0.5, PRESSURE, flexibility_of(medium.base), panels=20)
-    assert -graded_flexibility(medium, k, 1.0)[1, 1, 0] == pytest.approx(exact[0, 1, 0], rel=1e-10)
+    assert -stack_flexibility(medium, k, 1.0)[1, 1, 0] == pytest.approx(exact[0, 1, 0], rel=1e-10)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flatpunch.compliance import compliance
-from flatpunch.compliance.layered import layered_response
+from flatpunch.compliance.response import layered_response
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.reference import layers
 

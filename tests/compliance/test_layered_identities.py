@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from flatpunch.compliance import compliance
-from flatpunch.compliance.layered import layered_response
+from flatpunch.compliance.response import layered_response
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 
 KAPPA = np.geomspace(1e-3, 40, 40)

@@ -12,7 +12,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from flatpunch.compliance.layered import layered_response
+from flatpunch.compliance.response import layered_response
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 
 DIGITS = 60

@@ -7,7 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.compliance.depth import waves_at
-from flatpunch.compliance.layered import layered_response
+from flatpunch.compliance.response import layered_response
 from flatpunch.fit import ForwardModel
 from support.propagators import random_stack, wave
 

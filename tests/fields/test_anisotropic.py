@@ -36,7 +36,7 @@ def test_surface_part_against_quadrature(load):
     x, w = np.polynomial.legendre.leggauss(40)
     kinds = set()
     for _ in range(8):
-        part = AnisotropicPart(fp.TransverselyIsotropicHalfSpace(*random_material(rng)))
+        part = AnisotropicPart(fp.TransverselyIsotropicHalfSpace(*random_material(rng)).plane)
         kinds.add(part._solid.square > 0)
         last = 60 / (min(part._solid.slowest, part._solid.sideways[0]) * z.min())
         edges = np.linspace(0, last, int(last / 3) + 5)

@@ -1,5 +1,6 @@
 """Two bodies, force maps, `check` on fit cases, and the examples of adhesion and relaxation."""
 
+import contextlib
 import csv
 import importlib
 import os
@@ -206,13 +207,13 @@ def test_records_of_a_batch_are_kept_as_it_goes(tmp_path, monkeypatch):
     curves = [synthetic(gel, Paraboloid(3e-6), 4e-7, seed=i, points=300) for i in range(20)]
     curves[7] = Curve(curves[7].depth, np.full(300, 1e-9), name="flat")
     fitted = []
-    real = batch._Job.run
+    real = batch._Job.one
 
-    def counted(job, items):
-        fitted.extend(items)
-        return real(job, items)
+    def counted(job, item):
+        fitted.append(item)
+        return real(job, item)
 
-    monkeypatch.setattr(batch._Job, "run", counted)
+    monkeypatch.setattr(batch._Job, "one", counted)
 
     def run(some, tip=3e-6, free=("layers[0].young",)):
         fitted.clear()
@@ -254,6 +255,17 @@ def test_a_histogram_counts_with_errors():
     assert few.median("E").high == np.inf
 
 
+def _workers(pid):
+    """Worker processes of a process."""
+    return [child for child in psutil.Process(pid).children() if "popen_loky" in " ".join(_command(child))]
+
+
+def _command(process):
+    with contextlib.suppress(psutil.Error):
+        return process.cmdline()
+    return []
+
+
 @pytest.mark.parametrize("late", [False, True], ids=["as workers start", "as they work"])
 def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
     """As a terminal does it: to all processes at once."""
@@ -270,18 +282,48 @@ def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
         start_new_session=True,
     ) as run:
         end = time.monotonic() + 60
-        while len(psutil.Process(run.pid).children()) < 2:
+        while not _workers(run.pid):
             assert time.monotonic() < end, "no workers"
             assert run.poll() is None, run.stdout.read()
             time.sleep(0.02)
-        time.sleep(0.5 * late)
+        while late and not list(out.parent.glob("table.records/*.json")):
+            assert time.monotonic() < end, "no records"
+            time.sleep(0.02)
         os.killpg(run.pid, signal.SIGINT)
         told = run.stdout.read()
     assert run.returncode == 130, told
-    assert told.count("Interrupted after") == 1
+    assert told.count("Interrupted after" if late else "Interrupted") == 1
     assert "Traceback" not in told
     assert "KeyboardInterrupt" not in told
-    assert 16 < len(out.read_text(encoding="utf-8").splitlines()) < 400
+    if late:
+        assert 16 < len(out.read_text(encoding="utf-8").splitlines()) < 400
+
+
+def test_a_folder_whose_workers_are_killed_is_fitted(tmp_path):
+    """Others go on, nothing is lost, and the table is that of a run in one process."""
+    folder, out = tmp_path / "curves", tmp_path / "table.csv"
+    folder.mkdir()
+    for i in range(60):
+        (folder / f"c{i:03}.csv").symlink_to(EXAMPLES / "thin_gel.csv")
+    command = ["fit", str(folder), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--workers", "2"]
+    killed = set()
+    with subprocess.Popen(
+        [sys.executable, "-m", "flatpunch.cli", *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+    ) as run:
+        while len(killed) < 2 and run.poll() is None:
+            for worker in _workers(run.pid):
+                # once as it starts, and once as it works
+                time.sleep(3.0 * len(killed))
+                if worker.pid not in killed and worker.is_running():
+                    killed.add(worker.pid)
+                    worker.kill()
+            time.sleep(0.02)
+        said = run.stdout.read()
+    assert run.returncode == 0, said
+    assert killed
+    rows = list(csv.DictReader(out.read_text(encoding="utf-8").splitlines()))
+    assert [row["curve"] for row in rows] == [f"c{i:03}.csv" for i in range(60)]
+    assert {row["ok"] for row in rows} == {"True"}, said
 
 
 def test_batch_of_relaxing_curves():

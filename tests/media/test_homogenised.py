@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import kernels
-from flatpunch.media.transverse import from_plane, plane_of
+from flatpunch.media.plane import from_plane
 from support.propagators import random_material, random_stack
 
 PERIOD = [
@@ -20,7 +20,7 @@ def test_coefficients_and_constants_are_inverse():
     for _ in range(100):
         material = random_material(rng)
         body = fp.TransverselyIsotropicHalfSpace(*material)
-        np.testing.assert_allclose(from_plane(plane_of(body)), material, rtol=1e-9)
+        np.testing.assert_allclose(from_plane(body.plane), material, rtol=1e-9)
 
 
 def test_one_material_is_itself():

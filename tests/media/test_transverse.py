@@ -7,7 +7,7 @@ import flatpunch as fp
 from flatpunch.files.cases import CaseError
 from flatpunch.fit import ForwardModel
 from flatpunch.media import paths
-from flatpunch.media.transverse import Plane, constants_of, plane_of, plane_slopes
+from flatpunch.media.plane import Plane, plane_slopes
 from support.propagators import random_material
 
 CASE = """
@@ -40,7 +40,7 @@ def test_stiffnesses_and_engineering_constants_are_inverse():
 
 def test_isotropic_and_incompressible_constants():
     body = fp.TransverselyIsotropicHalfSpace(2.0, 2.0, 0.5, 0.5, 2 / 3)
-    assert plane_of(body).oedometric == 0
+    assert body.plane.oedometric == 0
     assert np.isinf(body.stiffnesses.c33)
     assert body.surface_modulus == pytest.approx(fp.HalfSpace(2.0, 0.5).surface_modulus, rel=1e-14)
 
@@ -76,10 +76,10 @@ def test_unstable_stiffnesses_are_refused_exactly_where_the_tensor_is_not_positi
 
 def test_slopes_of_the_coefficients():
     body = fp.TransverselyIsotropicHalfSpace(*random_material(np.random.default_rng(1)))
-    for name, slope in plane_slopes(constants_of(body)).items():
+    for name, slope in plane_slopes(body.constants).items():
         step = 1e-6 * getattr(body, name)
         ends = [paths.with_values(body, None, {f"base.{name}": getattr(body, name) + s * step})[0] for s in (1, -1)]
-        difference = (np.array(plane_of(ends[0])) - np.array(plane_of(ends[1]))) / (2 * step)
+        difference = (np.array(ends[0].plane) - np.array(ends[1].plane)) / (2 * step)
         np.testing.assert_allclose(difference, Plane(*slope), rtol=1e-7, atol=1e-9 * np.abs(difference).max())
 
 

@@ -1,12 +1,14 @@
 """Points on a real Dask cluster: workers that are lost, schedulers that do not answer, packages that do not match."""
 
 import sys
+import threading
 import warnings
 
 import pytest
 
+from flatpunch import FlatpunchWarning
+from flatpunch.parallel import calls, solve_points
 from flatpunch.parallel import cluster as on_dask
-from flatpunch.parallel import solve_points
 from support import sample_points as functions
 
 
@@ -38,6 +40,8 @@ def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     assert solve_points(functions.deadly, points, workers=1, store=store).fresh == 0
 
 
+# both workers are down for a while, on a busy machine for longer than is silently waited
+@pytest.mark.filterwarnings("ignore:All workers of the scheduler")
 def test_a_point_that_costs_every_worker_is_given_up_and_takes_no_other_with_it(cluster, tmp_path, monkeypatch):
     monkeypatch.setattr(
         cluster.scheduler, "allowed_failures", 0
@@ -80,6 +84,26 @@ def test_nobody_there(monkeypatch):
         pytest.raises(ConnectionError, match=r"has no workers\. Start some: `dask worker"),
     ):
         solve_points(functions.square, [1], scheduler=empty.scheduler_address)
+
+
+def test_workers_that_are_all_gone_are_reported_and_waited_for(monkeypatch):
+    """The call goes on with those that join later, and loses nothing."""
+    distributed = pytest.importorskip("distributed")
+    monkeypatch.setattr(calls, "_TICK", 0.1)
+    with distributed.LocalCluster(n_workers=1, dashboard_address=":0", silence_logs=50, processes=False) as made:
+
+        def progress(done, total):
+            if done == 1:
+                monkeypatch.setattr(on_dask, "PATIENCE", 0.5)
+                made.scale(0)
+                threading.Timer(4.0, made.scale, [1]).start()
+
+        points = [(0.3, i) for i in range(8)]
+        with pytest.warns(
+            FlatpunchWarning, match=r"All workers of the scheduler at .* are gone.*until one joins: `dask worker"
+        ):
+            found = solve_points(functions.slowly_named, points, scheduler=made.scheduler_address, progress=progress)
+    assert [int(found[i].numbers["name"]) for i in range(8)] == list(range(8))
 
 
 def test_without_the_extra(monkeypatch):

@@ -198,9 +198,10 @@ def test_names_hold_all_of_the_content():
 
 
 def test_long_points_first_groups_together_and_lost_ones_alone():
-    items = [Item(f"{group}{i}", None, group, cost) for group, cost in (("a", 1), ("b", 5), ("c", 2)) for i in range(3)]
+    groups = [(group, i, cost) for group, cost in (("a", 1), ("b", 5), ("c", 2)) for i in range(3)]
+    items = [Item(index, group, cost) for index, (group, _, cost) in enumerate(groups)]
     waiting = Waiting(items, workers=2, tries=2)
-    names = lambda taken: [item.key for item in taken]  # noqa: E731
+    names = lambda taken: [f"{item.group}{item.index % 3}" for item in taken]  # noqa: E731
     assert names(waiting.take(0)) == ["b0"]
     assert names(waiting.take(1)) == ["c0"]
     assert names(waiting.take(0)) == ["b1"]
@@ -218,13 +219,13 @@ def test_long_points_first_groups_together_and_lost_ones_alone():
 
 
 def test_short_points_go_together_and_long_ones_one_by_one():
-    waiting = Waiting([Item(str(i), None) for i in range(1000)], workers=2, tries=1)
+    waiting = Waiting([Item(i) for i in range(1000)], workers=2, tries=1)
     assert len(waiting.take(0)) == 1  # nothing is known yet
-    waiting.learn([Outcome({}, "", 1e-5)] * 50)
+    waiting.learn(50, 50 * 1e-5)
     assert len(waiting.take(0)) == 64
-    waiting.learn([Outcome({}, "", 0.03)] * 50)
+    waiting.learn(50, 50 * 0.03)
     assert len(waiting.take(0)) == 3
-    waiting.learn([Outcome({}, "", 10.0)])
+    waiting.learn(1, 10.0)
     assert len(waiting.take(0)) == 1
 
 

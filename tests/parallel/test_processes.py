@@ -1,12 +1,15 @@
 """Points in processes of their own: those that die, those that are interrupted, threads, groups."""
 
+import contextlib
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
+import psutil
 import pytest
 
 from flatpunch.parallel import solve_points
@@ -42,8 +45,34 @@ def test_a_process_that_dies_costs_no_other_point(tmp_path):
     assert solve_points(functions.deadly, points, workers=2, store=tmp_path / "points").fresh == 0
 
 
+def test_a_process_killed_before_its_first_point_costs_nothing():
+    before, killed = set(_workers()), []
+
+    def kill_first():
+        _until(lambda: set(_workers()) - before)
+        killed.append((set(_workers()) - before).pop())
+        os.kill(killed[0], signal.SIGKILL)
+
+    killer = threading.Thread(target=kill_first)
+    killer.start()
+    found = solve_points(functions.slowly_in_process, range(6), workers=2)
+    killer.join()
+    assert not found.failed
+    assert killed[0] not in {int(outcome.numbers["pid"]) for outcome in found.values()}
+
+
+def _workers():
+    """Worker processes of this one."""
+    found = []
+    for child in psutil.Process().children():
+        with contextlib.suppress(psutil.Error):
+            if "popen_loky" in " ".join(child.cmdline()):
+                found.append(child.pid)
+    return found
+
+
 def test_processes_of_long_studies_are_replaced(monkeypatch):
-    monkeypatch.setattr("flatpunch.parallel.processes.RETIRED", 1)
+    monkeypatch.setattr("flatpunch.parallel.calls.RETIRED", 1)
     # long enough to be handed out one by one
     found = solve_points(functions.slowly_in_process, range(6), workers=2)
     assert len({outcome.numbers["pid"] for outcome in found.values()}) > 2
@@ -98,7 +127,7 @@ def test_workers_at_a_long_point_end_with_their_parent(how, tmp_path):
 
 _SLOW_TO_START = """
 import pathlib, sys, time
-if any("spawn_main" in part for part in sys.orig_argv):
+if any("popen_loky" in part for part in sys.orig_argv):
     pathlib.Path({mark!r}).touch()
     time.sleep(1.0)
 """
@@ -117,7 +146,7 @@ def test_an_interruption_while_processes_start_is_heard_by_one(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        env={**os.environ, "PYTHONPATH": str(tmp_path)},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])},
     ) as run:
         _until(mark.exists)
         time.sleep(0.1)
@@ -128,17 +157,22 @@ def test_an_interruption_while_processes_start_is_heard_by_one(tmp_path):
     assert told.count("Traceback") == 1, told
 
 
-def test_what_other_processes_cannot_load_is_told(tmp_path):
+def test_functions_of_an_unguarded_script_are_called_in_processes(tmp_path):
+    """They go there by value, and the script is not run again."""
     script = tmp_path / "script.py"
     script.write_text(
-        "from flatpunch.parallel import solve_points\n"
-        "def mine(x):\n    return {'x': x}\n"
-        "solve_points(mine, [1, 2], workers=2)\n",
+        "import os\nfrom flatpunch.parallel import solve_points\n"
+        "class Half:\n    of = 2\n"
+        "def mine(x):\n    return {'x': x / Half.of, 'pid': os.getpid()}\n"
+        "found = solve_points(mine, [1, 2, 3, 4], workers=2)\n"
+        "assert not found.failed, found.failed\n"
+        "assert os.getpid() not in {int(found[i].numbers['pid']) for i in range(4)}\n"
+        "print([float(found[i].numbers['x']) for i in range(4)])\n",
         encoding="utf-8",
     )
     run = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=60, check=False)
-    assert run.returncode == 1
-    assert "keep its calls under `if __name__ == '__main__':`" in run.stderr
+    assert run.returncode == 0, run.stderr
+    assert (run.stdout, run.stderr) == ("[0.5, 1.0, 1.5, 2.0]\n", "")
 
 
 def _until(true, seconds=40):

@@ -7,7 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.compliance import compliance
-from flatpunch.compliance.layered import layered_response
+from flatpunch.compliance.response import layered_response
 from flatpunch.punch import matrix
 from flatpunch.punch.harmonics import solve_edges
 from flatpunch.punch.wavenumbers import bessel_table

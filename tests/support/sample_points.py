@@ -54,6 +54,12 @@ def slowly_in_process(point):
     return {"pid": os.getpid()}
 
 
+def slowly_named(point):
+    """(seconds, name)."""
+    time.sleep(point[0])
+    return {"name": point[1]}
+
+
 def which_process(point):
     time.sleep(0.02)
     return {"pid": os.getpid(), "at": time.monotonic()}
@@ -65,3 +71,13 @@ def group_of(point):
 
 def cost_of(point):
     return point[1]
+
+
+def deadly_job(name, arguments):
+    """(folder, deaths): kills its process so many times, each of which leaves a mark; a job of the page."""
+    folder, deaths = arguments
+    marks = len(list(Path(folder).iterdir()))
+    if marks < deaths:
+        Path(folder, f"death-{marks}").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return "done", marks

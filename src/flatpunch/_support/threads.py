@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import lru_cache
 
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
 _WORTHWHILE = 2e8
 """Floating-point operations for which another thread is started: 5 to 10 ms."""
@@ -101,3 +101,33 @@ def in_threads(function: Callable[[int], None], count: int, operations: float) -
         with ThreadPoolExecutor(several) as pool:
             for _ in pool.map(function, range(count)):
                 pass
+
+
+ONE_THREAD = dict.fromkeys(
+    (
+        "OMP_NUM_THREADS",
+        "OPENBLAS_NUM_THREADS",
+        "MKL_NUM_THREADS",
+        "BLIS_NUM_THREADS",
+        "VECLIB_MAXIMUM_THREADS",
+        "NUMEXPR_NUM_THREADS",
+    ),
+    "1",
+)
+"""Environment of worker processes: as many processes as cores do not compete for them."""
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Keep libraries that are loaded, and by the environment those loaded later and in new processes, at one thread."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
+    try:
+        with threadpool_limits(1):
+            yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -1,6 +1,7 @@
 """Worker processes of the page: each has loaded what it calls and does one job at a time; a job is stopped by ending its process.
 
-The page stays usable while they calculate, and no calculation can take the page down with it.
+The page stays usable while they calculate, and no calculation can take the page down with it. A job whose process is lost is
+done by another one, once.
 """
 
 from __future__ import annotations
@@ -8,8 +9,10 @@ from __future__ import annotations
 import secrets
 import threading
 import time
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor
+from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any
@@ -17,7 +20,7 @@ from typing import Any
 from flatpunch._support.paths import Plain
 from flatpunch._support.threads import allowed_threads
 from flatpunch.app.limits import LIMITS
-from flatpunch.parallel.worker import Report, Worker
+from flatpunch.parallel.worker import PAUSE, Worker, how_it_ended, report
 
 _JOBS = ("compare", "coating", "correct", "fit")
 """Modules that workers load before their first job, besides `press`, which warms up the rest."""
@@ -44,6 +47,7 @@ class Job:
     state: str = "waiting"
     progress: tuple[int, int] | None = None
     outcome: Any = None
+    lost: bool = False
     started: float = field(default_factory=time.monotonic)
     asked: float = field(default_factory=time.monotonic)
     ended: threading.Event = field(default_factory=threading.Event)
@@ -76,7 +80,7 @@ class Job:
 
 
 class Workers:
-    """A few processes, started when they are needed, and the jobs that wait for them.
+    """A few processes, each with a thread that waits for it, and the jobs that wait for them.
 
     Starting takes seconds: one process is always kept ready, and a job goes to the one that is ready first. By default there are
     two processes more than cores at most; one of them is left to short jobs.
@@ -85,11 +89,11 @@ class Workers:
     def __init__(self, most: int | None = None) -> None:
         self.most = max(2, most or allowed_threads() + 2)
         self._jobs: OrderedDict[str, Job] = OrderedDict()
-        self._waiting: list[Job] = []
-        self._starting: list[Worker] = []
-        self._idle: list[Worker] = []
-        self._busy: dict[str, Worker] = {}
-        self._lock = threading.Lock()
+        self._waiting: deque[Job] = deque()
+        self._changed = threading.Condition(threading.RLock())
+        self._processes = 0
+        self._workers: set[Worker] = set()
+        self._busy: dict[str, tuple[Job, Worker]] = {}
         self._closed = False
 
     def submit(
@@ -106,7 +110,7 @@ class Workers:
         """
         job = Job(secrets.token_urlsafe(16), (function, arguments), long, keep=keep)
         job.stop = lambda: self._stop(job)
-        with self._lock:
+        with self._changed:
             self._jobs[job.key] = job
             while len(self._jobs) > LIMITS.jobs:
                 _, old = self._jobs.popitem(last=False)
@@ -114,7 +118,8 @@ class Workers:
                     self._jobs[old.key] = old
                     break
             self._waiting.append(job)
-        self._next()
+            self._start()
+            self._changed.notify_all()
         return job
 
     def find(self, key: str) -> Job | None:
@@ -126,134 +131,136 @@ class Workers:
 
     def close(self) -> None:
         """Stop all jobs and end all processes."""
-        with self._lock:
+        with self._changed:
             self._closed = True
-            waiting, self._waiting = self._waiting, []
-            workers = [*self._starting, *self._idle, *self._busy.values()]
-            self._idle = []
-        for job in waiting:
+            jobs = [*self._waiting, *(job for job, _ in self._busy.values())]
+            self._waiting.clear()
+            workers = list(self._workers)
+            self._changed.notify_all()
+        for job in jobs:
             job.finish("stopped")
         for worker in workers:
             worker.end()
 
     def _stop(self, job: Job) -> None:
-        with self._lock:
+        with self._changed:
             if job in self._waiting:
                 self._waiting.remove(job)
-            worker = self._busy.get(job.key)
+            _, worker = self._busy.get(job.key, (job, None))
         job.finish("stopped")
         if worker is not None:
             worker.end()
 
-    def _next(self) -> None:
-        """Give waiting jobs to processes that are ready, and start as many as are missing."""
-        with self._lock:
-            if self._closed:
-                return
-            for job in list(self._waiting):
-                long = sum(self._jobs[key].long for key in self._busy if key in self._jobs)
-                if self._idle and not (job.long and long >= self.most - 1):
-                    self._waiting.remove(job)
-                    worker = self._busy[job.key] = self._idle.pop()
-                    threading.Thread(
-                        target=self._run, args=(job, worker), daemon=True, name=f"job-{job.key[:4]}"
-                    ).start()
-            ready = len(self._idle) + len(self._starting)
-            missing = min(max(len(self._waiting), 1) - ready, self.most - len(self._busy) - ready)
-        for _ in range(missing):
-            threading.Thread(target=self._start, daemon=True).start()
-
     def _start(self) -> None:
-        """Start a process and wait until it is ready."""
-        worker, reason = None, "it ended while it was started"
-        with self._lock:
-            if self._closed or len(self._starting) + len(self._idle) + len(self._busy) >= self.most:
-                return
-            try:
-                worker = _worker()
-                self._starting.append(worker)
-            except Exception as error:  # of the system, of any kind: jobs that wait must hear of it
-                reason = f"{type(error).__name__}: {error}"
-        ready = worker is not None and _is_ready(worker)
-        with self._lock:
-            if worker is not None:
-                self._starting.remove(worker)
-            if ready and worker is not None and not self._closed:
-                self._idle.append(worker)
-                worker = None
-            lost = [] if ready or self._idle or self._starting or self._busy else self._waiting
-            if lost:
-                self._waiting = []
+        """Start as many processes as are missing: one for each job that waits, and one that is ready for the next."""
+        ready = self._processes - len(self._busy)
+        missing = min(max(len(self._waiting), 1) - ready, self.most - self._processes)
+        for _ in range(0 if self._closed else missing):
+            self._processes += 1
+            threading.Thread(target=self._serve, daemon=True, name="flatpunch-worker").start()
+
+    def _serve(self) -> None:
+        """Start a process and do jobs in it, one after the other, until it is lost or ended."""
+        worker, reason = None, ""
+        try:
+            worker = _worker()
+            with self._changed:
+                self._workers.add(worker)
+            _prepare_in(worker)
+        except Exception as error:  # of the system, of any kind: jobs that wait must hear of it
+            reason = f"the calculation could not be started ({type(error).__name__}: {error})."
+        while worker and not reason and (job := self._next(worker)) is not None:
+            if not self._made(worker, job):
+                break
         if worker is not None:
             worker.end()
-        for job in lost:
-            job.finish("failed", f"the calculation could not be started ({reason}).")
-        if ready:
-            self._next()
+        self._over(worker, reason)
 
-    def _run(self, job: Job, worker: Worker) -> None:
+    def _over(self, worker: Worker | None, reason: str) -> None:
+        """A process is gone: start another, or end the jobs where none could be started."""
+        lost: list[Job] = []
+        with self._changed:
+            self._processes -= 1
+            if worker is not None:
+                self._workers.discard(worker)
+            if not reason:
+                self._start()
+            elif not self._processes:
+                lost = list(self._waiting)
+                self._waiting.clear()
+        for job in lost:
+            job.finish("failed", reason)
+
+    def _made(self, worker: Worker, job: Job) -> bool:
+        """Do a job; return whether its process can do another."""
         try:
-            state, outcome, usable = ("stopped", None, True) if job.ended.is_set() else _done(worker, job)
+            state, outcome = ("stopped", None) if job.ended.is_set() else _done(worker, job)
         except Exception as error:  # of the pipe, of any kind: no job may be left without an end
-            state, usable = "failed", False
-            outcome = f"the calculation could not be started ({type(error).__name__}: {error})."
-        with self._lock:
+            state, outcome = "failed", f"the calculation could not be started ({type(error).__name__}: {error})."
+        usable, again = state in ("done", "failed"), state == "lost" and not job.lost
+        with self._changed:
             # before anybody hears of the end: the next job may follow at once
             del self._busy[job.key]
-            kept = usable and not self._closed
-            if kept:
-                self._idle.append(worker)
-        job.finish(state, outcome)
-        if not kept:
-            worker.end()
-        self._next()
+            if again:
+                job.state, job.progress, job.lost = "waiting", None, True
+                self._waiting.appendleft(job)
+        if not again:
+            job.finish("failed" if state == "lost" else state, outcome)
+        return usable
+
+    def _next(self, worker: Worker) -> Job | None:
+        """Wait for a job; None when the page is closed."""
+        with self._changed:
+            while not self._closed:
+                long = sum(job.long for job, _ in self._busy.values())
+                for job in self._waiting:
+                    if not (job.long and long >= self.most - 1):
+                        self._waiting.remove(job)
+                        self._busy[job.key] = job, worker
+                        self._start()
+                        return job
+                self._changed.wait()
+        return None
 
 
 def _worker() -> Worker:
-    """Start a process of the page; boundary elements may share their work out to processes of their own."""
-    return Worker(_prepared, "flatpunch-app", shares=True)
+    return Worker()
 
 
-def _is_ready(worker: Worker) -> bool:
-    """Wait until a process has loaded what it calls; return whether it has."""
-    try:
-        return worker.problem() is None
-    except (EOFError, OSError):
-        return False
+def _prepare_in(worker: Worker) -> None:
+    """Wait until a process has loaded what it calls."""
+    worker.submit(_prepare).result()
 
 
-def _done(worker: Worker, job: Job) -> tuple[str, object, bool]:
-    """Do a job; return its last state and outcome, and whether the worker can be used again."""
+def _done(worker: Worker, job: Job) -> tuple[str, object]:
+    """Do a job; return its last state and outcome: "lost" where its process was, and "stopped" where that is to end."""
     job.state = "running"
     try:
-        worker.give(*job.call)
+        future = worker.submit(_call, *job.call)
         while not job.ended.is_set():
-            if not worker.pipe.poll(1.0):
-                if time.monotonic() - job.asked > LIMITS.forgotten or (not job.long and job.seconds > LIMITS.longest):
-                    break
-                continue
-            final, what = worker.answer()
-            if final:
-                return *what, True
-            job.progress = what
-    except (EOFError, OSError):
-        return (
-            "failed",
-            "the process that calculated ended unexpectedly; there may not have been enough memory.",
-            False,
-        )
-    return "stopped", None, False
+            if wait_for([future], PAUSE).done:
+                state, outcome = future.result()
+                return state, outcome
+            job.progress = worker.progress() or job.progress
+            if time.monotonic() - job.asked > LIMITS.forgotten or (not job.long and job.seconds > LIMITS.longest):
+                break
+    except BrokenExecutor as error:
+        lost = f"the process that calculated was lost twice ({how_it_ended(error)}); there may not be enough memory."
+        return ("stopped", None) if job.ended.is_set() else ("lost", lost)
+    except RuntimeError:
+        if not job.ended.is_set():  # otherwise it was ended together with its process
+            raise
+    return "stopped", None
 
 
-def _prepared() -> Callable[..., tuple[str, object]]:
+def _prepare() -> None:
     """Load what jobs call, in the process."""
     import_module("flatpunch.app.jobs.press").warm_up()
     for name in _JOBS:
         import_module(f"flatpunch.app.jobs.{name}")
-    return _call
 
 
-def _call(report: Report, function: str, arguments: tuple[object, ...]) -> tuple[str, object]:
+def _call(function: str, arguments: tuple[object, ...]) -> tuple[str, object]:
     """Call a function of `flatpunch.app.jobs`, in the process; return the state and outcome of the job."""
     from flatpunch._support.messages import message
     from flatpunch._support.progress import listening

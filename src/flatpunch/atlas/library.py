@@ -23,18 +23,9 @@ from flatpunch._support.whole_file import BrokenSeal, unsealed
 from flatpunch.atlas.panel import Panel, Parameter, PowerLawPanel, Scale, SparseSeries
 from flatpunch.atlas.table import Outside, Solution, Table
 from flatpunch.compliance import compliance
-from flatpunch.media import (
-    Body,
-    ExponentialModulus,
-    GradedLayer,
-    HalfSpace,
-    Layer,
-    LinearModulus,
-    Medium,
-    RigidBase,
-    Solid,
-    TabulatedMedium,
-)
+from flatpunch.compliance.layered import constants_of
+from flatpunch.media import Body, ExponentialModulus, GradedLayer, LinearModulus, Material, TabulatedMedium
+from flatpunch.media.material import young_and_poisson
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 LARGEST = 1_000_000_000
@@ -237,7 +228,7 @@ def _series(group: Any, parameters: tuple[Parameter, ...]) -> list[SparseSeries]
 
 
 def tabulated(
-    medium: Solid, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
+    medium: Body, *, outside: Outside = "solve", table: Table | None = None, **parameters: float
 ) -> TabulatedMedium:
     """A medium that takes its flat punches from the atlas, for use as any other medium.
 
@@ -321,37 +312,36 @@ def identify(medium: Body) -> tuple[str, dict[str, float]] | None:
     Per wavenumber a layer is in plane strain, so that a bonded layer on a half-space depends on its elastic constants through
     Dundurs' two parameters only (T2).
     """
-    if not isinstance(medium, Medium) or len(medium.layers) != 1:
+    stack = medium.single
+    if not stack or len(stack.layers) != 1 or stack.layers[0].bonded not in (True, False):
         return None
-    match medium.layers[0], medium.base:
-        case Layer(bonded=True) as layer, RigidBase():
-            return "bonded-layer", {"poisson": layer.poisson}
-        case Layer(bonded=False), RigidBase():
-            return "sliding-layer", {}
-        case Layer(bonded=True) as layer, HalfSpace() as base:
-            alpha, beta = dundurs(layer, base)
-            ratio = layer.surface_modulus / base.surface_modulus
-            return "bonded-coating", {"modulus_ratio": ratio, "dundurs_position": 2 * beta - (alpha - 1) / 2}
-        case Layer(bonded=False) as layer, HalfSpace() as base:
-            return "sliding-coating", {"modulus_ratio": layer.surface_modulus / base.surface_modulus}
-        case GradedLayer(bonded=True, anisotropic=False, young=LinearModulus()) as layer, HalfSpace() as base:
-            return _graded("linear-coating", layer, base)
-        case GradedLayer(bonded=True, anisotropic=False, young=ExponentialModulus()) as layer, HalfSpace() as base:
-            return _graded("exponential-coating", layer, base)
+    layer, base, bonded = stack.layers[0], stack.base, stack.layers[0].bonded
+    if base.rigid and layer.isotropic:
+        return ("bonded-layer", {"poisson": constants_of(layer)[1]}) if bonded else ("sliding-layer", {})
+    if base.isotropic and layer.isotropic:
+        ratio = {"modulus_ratio": layer.surface_modulus / base.surface_modulus}
+        if not bonded:
+            return "sliding-coating", ratio
+        alpha, beta = dundurs(layer, base)
+        return "bonded-coating", {**ratio, "dundurs_position": 2 * beta - (alpha - 1) / 2}
+    if base.isotropic and bonded and isinstance(layer, GradedLayer) and not layer.anisotropic:
+        return _graded(layer, base)
     return None
 
 
-def _graded(name: str, layer: GradedLayer, base: HalfSpace) -> tuple[str, dict[str, float]] | None:
+def _graded(layer: GradedLayer, base: Material) -> tuple[str, dict[str, float]] | None:
     """Coating whose modulus ends in that of the half-space below, with one Poisson ratio."""
+    names = {LinearModulus: "linear-coating", ExponentialModulus: "exponential-coating"}
+    name, (young, poisson) = names.get(type(layer.young)), young_and_poisson(base)
     top, bottom = layer.young_at(np.array([0.0, layer.thickness]))
-    poisson = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
-    if not np.isclose(bottom, base.young, rtol=ROUNDING) or np.abs(poisson - base.poisson).max() > ROUNDING:
+    inside = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
+    if name is None or not np.isclose(bottom, young, rtol=ROUNDING) or np.abs(inside - poisson).max() > ROUNDING:
         return None
     # a law may end below the layer; then the layer holds a part of it only, which is again a law of the same kind
-    return name, {"modulus_ratio": float(top / bottom), "poisson": float(base.poisson)}
+    return name, {"modulus_ratio": float(top / bottom), "poisson": float(poisson)}
 
 
-def dundurs(film: Layer, base: HalfSpace) -> tuple[float, float]:
+def dundurs(film: Material, base: Material) -> tuple[float, float]:
     """Dundurs' parameters (alpha, beta) of two bonded materials [-].
 
     alpha = (E1* - E2*)/(E1* + E2*), beta = (1/2)(mu1 (1 - 2 nu2) - mu2 (1 - 2 nu1))/(mu1 (1 - nu2) + mu2 (1 - nu1)), with 1 the
@@ -369,7 +359,7 @@ def dundurs(film: Layer, base: HalfSpace) -> tuple[float, float]:
     >>> print(f"{alpha:.3f} {beta:.3f}")
     0.461 0.108
     """
-    mu1, mu2 = film.young / (2 * (1 + film.poisson)), base.young / (2 * (1 + base.poisson))
-    below = mu1 * (1 - base.poisson) + mu2 * (1 - film.poisson)
+    (mu1, nu1), (mu2, nu2) = constants_of(film), constants_of(base)
+    below = mu1 * (1 - nu2) + mu2 * (1 - nu1)
     alpha = (film.surface_modulus - base.surface_modulus) / (film.surface_modulus + base.surface_modulus)
-    return alpha, (mu1 * (1 - 2 * base.poisson) - mu2 * (1 - 2 * film.poisson)) / (2 * below)
+    return alpha, (mu1 * (1 - 2 * nu2) - mu2 * (1 - 2 * nu1)) / (2 * below)

@@ -23,11 +23,12 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
-from flatpunch.compliance.layered import SATURATION, depth_functions, yielding
-from flatpunch.compliance.stack import Body, Decay, attenuation, material, plane_at
+from flatpunch.compliance.layered import SATURATION, depth_functions
+from flatpunch.compliance.response import yielding
+from flatpunch.compliance.stack import Decay, attenuation, plane_at
 from flatpunch.compliance.transverse import Sheet, Solid, flexibility_of, system_of
-from flatpunch.media import GradedLayer, Interface, Medium, RigidBase, TransverselyIsotropicLayer
-from flatpunch.media.transverse import Plane, exponents, over
+from flatpunch.media import AnyLayer, Interface, Stack
+from flatpunch.media.plane import Plane, exponents, over
 
 _CHANGE = 0.2
 """Largest relative change of a coefficient over a step through a graded layer: order 8 leaves 1e-9."""
@@ -51,7 +52,7 @@ class Waves:
     transverse: Array
 
 
-def waves_at(medium: Body, k: Array, z: Array, layer: Indices, *, shear: bool = True) -> Waves:
+def waves_at(medium: Stack, k: Array, z: Array, layer: Indices, *, shear: bool = True) -> Waves:
     """Fields at depths z >= 0 [m], shape (nz,), under unit load waves of wavenumbers k > 0 [1/m], shape (nk,).
 
     `layer` is the layer of each depth, counted from the surface; len(layers) is the base. Without `shear` the fields under shear
@@ -60,12 +61,18 @@ def waves_at(medium: Body, k: Array, z: Array, layer: Indices, *, shear: bool = 
     # moduli and stresses over the shear modulus of the surface
     scale = float(1 / plane_at(medium, np.zeros(1), np.zeros(1, dtype=int)).shear[0])
     parts = _parts(medium, k, z, layer, scale)
-    base = medium.base if isinstance(medium, Medium) else medium
-    elastic = None if isinstance(base, RigidBase) else over(scale, material(base))
+    elastic = None if medium.base.rigid else over(scale, medium.base.plane)
     _sweep_up(parts, elastic, k, scale)
-    count = len(medium.layers) if isinstance(medium, Medium) else 0
-    states, across = _sweep_down(parts, elastic, k, z, np.flatnonzero(layer == count), shear)
+    below = np.flatnonzero(layer == len(medium.layers))
+    states, across = _sweep_down(parts, elastic, k, z, below, shear)
     return named_waves(states, across, plane_at(medium, z, layer), scale)
+
+
+def decaying_waves(plane: Plane[float], k: Array, z: Array, *, shear: bool) -> Waves:
+    """Fields at depths z under unit load waves on a half-space of material with these coefficients; arguments of `waves_at`."""
+    scale = 1 / plane.shear
+    states, across = _sweep_down([], over(scale, plane), k, z, np.arange(z.size), shear)
+    return named_waves(states, across, Plane(*(np.full(z.size, each) for each in plane)), scale)
 
 
 @dataclass
@@ -75,12 +82,12 @@ class _Part:
     layer: int
     top: float
     thickness: float
-    bonded: bool | Interface
+    face: Interface
     plane: Plane[float]
     """Coefficients, at the upper face of a step, over the scale."""
     solid: Solid | None = None
     sheet: Sheet | None = None
-    graded: GradedLayer | None = None
+    graded: AnyLayer | None = None
     origin: float = 0.0
     slow: float = 1.0
     fast: float = 1.0
@@ -91,25 +98,25 @@ class _Part:
     lifted: Array = field(default_factory=lambda: np.zeros(0))
 
 
-def _parts(medium: Body, k: Array, z: Array, layer: Indices, scale: float) -> list[_Part]:
+def _parts(medium: Stack, k: Array, z: Array, layer: Indices, scale: float) -> list[_Part]:
     """Layers from the surface down, graded ones in steps that begin and end at the given depths."""
     parts: list[_Part] = []
     top = 0.0
-    for i, body in enumerate(medium.layers if isinstance(medium, Medium) else ()):
+    for i, body in enumerate(medium.layers):
         mine = np.flatnonzero(layer == i)
-        if isinstance(body, GradedLayer):
+        if body.varies:
             above = float(attenuation(medium, np.array([top]))[0])
             parts += _graded_parts(body, i, top, above, k, z, mine, scale)
         else:
-            plane = over(scale, material(body))
-            solid = Solid(plane) if isinstance(body, TransverselyIsotropicLayer) else None
-            parts.append(_Part(i, top, body.thickness, body.bonded, plane, solid, depths=mine))
+            plane = over(scale, body.plane)
+            solid = None if body.isotropic else Solid(plane)
+            parts.append(_Part(i, top, body.thickness, body.face, plane, solid, depths=mine))
         top += body.thickness
     return parts
 
 
 def _graded_parts(
-    body: GradedLayer, i: int, top: float, above: float, k: Array, z: Array, mine: Indices, scale: float
+    body: AnyLayer, i: int, top: float, above: float, k: Array, z: Array, mine: Indices, scale: float
 ) -> list[_Part]:
     """Steps through a graded layer; `above` is the attenuation of all that lies over it [m]."""
     bottom, decay, (depths, varied) = top + body.thickness, Decay.of(body), _variation(body)
@@ -133,9 +140,9 @@ def _graded_parts(
     for j, (upper, lower) in enumerate(pairwise(cuts)):
         plane = Plane(*(float(each[j]) for each in planes))
         # slides or springs are at the lower face of the layer alone
-        bonded = True if lower < bottom else body.bonded
+        face = Interface() if lower < bottom else body.face
         here = (wanted >= upper - ROUNDING * bottom) & (wanted < lower - ROUNDING * bottom)
-        part = _Part(i, upper, lower - upper, bonded, plane, graded=body, origin=top, depths=mine[here])
+        part = _Part(i, upper, lower - upper, face, plane, graded=body, origin=top, depths=mine[here])
         part.slow, part.fast = float(slow[j : j + 2].min()), float(fast[j : j + 2].max())
         parts.append(part)
     # the lower face itself belongs to the last step
@@ -143,7 +150,7 @@ def _graded_parts(
     return parts
 
 
-def _variation(body: GradedLayer) -> tuple[Array, Array]:
+def _variation(body: AnyLayer) -> tuple[Array, Array]:
     """Depths, denser at both faces, and the sum of all relative changes of the coefficients from the top down to there."""
     share = np.concatenate([np.linspace(0, 1, 513), np.geomspace(1e-9, 1e-3, 128)])
     depths = np.unique(np.concatenate([body.thickness * share, body.thickness * (1 - share), body.breaks]))
@@ -161,11 +168,10 @@ def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: fl
     else:
         flexibility, transverse = _own_flexibility(base, k.size)
     for part in reversed(parts):
-        if isinstance(part.bonded, Interface):
-            flexibility = yielding(part.bonded, flexibility, k, scale)
-            if part.bonded:
-                transverse = transverse - scale * part.bonded.softness[0] * k
-        part.states, part.across = _admitted(bool(part.bonded), flexibility, transverse)
+        flexibility = yielding(part.face, flexibility, k, scale)
+        if part.face:
+            transverse = transverse - scale * part.face.softness[0] * k
+        part.states, part.across = _admitted(bool(part.face), flexibility, transverse)
         if part.solid is not None:
             part.sheet = Sheet(part.solid, part.thickness, k, part.states, part.across)
             flexibility, transverse = part.sheet.flexibility, part.sheet.flexibility_across
@@ -232,7 +238,7 @@ def _raised(part: _Part, k: Array, depth: float | Array) -> tuple[Array, Array]:
     return raised, np.stack([cosh * u - sinh * s / mu, cosh * s - sinh * mu * u])
 
 
-def _stepped(part: _Part, layer: GradedLayer, k: Array, scale: float) -> tuple[Array, Array]:
+def _stepped(part: _Part, layer: AnyLayer, k: Array, scale: float) -> tuple[Array, Array]:
     """One Runge-Kutta step (Dormand and Prince, order 8) up through a slice of a graded layer.
 
     States that the wave does not reach stay what they are in the layer's own half-space.

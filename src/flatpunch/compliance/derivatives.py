@@ -23,31 +23,11 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import waves_at
-from flatpunch.compliance.layered import sagittal_system, shear_modulus
-from flatpunch.compliance.stack import Body, Decay, plane_at
+from flatpunch.compliance.layered import constants_of, sagittal_system
+from flatpunch.compliance.stack import Decay, plane_at
 from flatpunch.compliance.transverse import flexibility_of, system_of
-from flatpunch.media import (
-    AnyLayer,
-    ElasticBase,
-    GradedLayer,
-    HalfSpace,
-    Interface,
-    Layer,
-    Medium,
-    RigidBase,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
-from flatpunch.media.transverse import (
-    N,
-    Plane,
-    constants_of,
-    exponent_slopes,
-    exponents,
-    isotropic_slopes,
-    plane_of,
-    plane_slopes,
-)
+from flatpunch.media import AnyLayer, Base, Interface, Material, Stack
+from flatpunch.media.plane import N, Plane, exponent_slopes, exponents
 from flatpunch.numerics.gauss import gauss
 
 
@@ -71,10 +51,9 @@ class PartDerivatives:
     thickness: Array
 
 
-def compliance_derivatives(body: Body, k: Array) -> list[PartDerivatives]:
+def compliance_derivatives(body: Stack, k: Array) -> list[PartDerivatives]:
     """Derivatives of C(k) by all constants of a body: its layers from the surface down, then the base if it is elastic."""
-    layers = body.layers if isinstance(body, Medium) else ()
-    base = body.base if isinstance(body, Medium) else body
+    layers, base = body.layers, body.base
     rules, tops = [], np.cumsum([0.0, *(layer.thickness for layer in layers)])
     z, owner = [], []
     for i, layer in enumerate(layers):
@@ -82,27 +61,26 @@ def compliance_derivatives(body: Body, k: Array) -> list[PartDerivatives]:
         rules.append((own, weight))
         z.append(tops[i] + own)
         owner += [i] * own.size
-    if not isinstance(base, RigidBase):
+    if not base.rigid:
         z.append(tops[-1:])
         owner.append(len(layers))
     waves = waves_at(body, k, np.concatenate(z), np.array(owner), shear=False).normal[:4]
     found, start = [], 0
     for layer, (own, weight) in zip(layers, rules, strict=True):
         here = waves[..., start : start + own.size]
-        if isinstance(layer, GradedLayer):
+        if layer.varies:
             found.append(_of_graded(layer, own, weight, here))
         else:
-            found.append(_of_layer(layer, here, k) if isinstance(layer, Layer) else _of_sheet(layer, weight, here))
+            found.append(_of_layer(layer, here, k) if layer.isotropic else _of_sheet(layer, weight, here))
         start += own.size
     for part, layer, end in zip(found, layers, np.cumsum([own.size for own, _ in rules]), strict=True):
-        if isinstance(layer.bonded, Interface):
-            part.constants.update(_of_springs(layer.bonded, waves[2:, :, end - 1]))
-    if not isinstance(base, RigidBase):
+        part.constants.update(_of_springs(layer.face, waves[2:, :, end - 1]))
+    if not base.rigid:
         found.append(_of_base(base, waves[..., -1], k))
     return found
 
 
-def energy_density(body: Body, k: Array, z: Array, layer: Indices) -> Array:
+def energy_density(body: Stack, k: Array, z: Array, layer: Indices) -> Array:
     """Energy density of the unit load wave, -dC/dln E(z) per length: shape (nk, nz) [1/Pa].
 
     It is s.A12 s + ku.A21 ku, a sum of squares whose integral over all depths is C(k).
@@ -114,15 +92,14 @@ def energy_density(body: Body, k: Array, z: Array, layer: Indices) -> Array:
 
 def _depth_rule(layer: AnyLayer, largest: float) -> tuple[Array, Array]:
     """Depths in a layer at which states are wanted, and weights: both faces, or a Gauss rule that resolves every wave."""
-    if isinstance(layer, Layer):
+    if layer.isotropic:
         return np.array([0.0, layer.thickness]), np.zeros(2)
     h = layer.thickness
     fastest = float(Decay.of(layer).fast.max())
     octaves = h / 2.0 ** np.arange(max(1, int(np.ceil(np.log2(4 * largest * fastest * h))) + 1))
     # eight panels at least, as the law varies over the thickness; fields of two rates are steep at the lower face as well
-    two_rates = isinstance(layer, TransverselyIsotropicLayer) or layer.anisotropic
-    breaks = layer.breaks if isinstance(layer, GradedLayer) else ()
-    edges = np.unique(np.concatenate([[0.0], octaves, np.linspace(0, h, 9), breaks, h - octaves if two_rates else []]))
+    lower = h - octaves if layer.anisotropic else octaves[:0]
+    edges = np.unique(np.concatenate([[0.0], octaves, np.linspace(0, h, 9), layer.breaks, lower]))
     edges = edges[np.concatenate([[True], np.diff(edges) > 1e-9 * h])]
     edges[-1] = h
     # Gauss points on an octave of depth in a graded layer
@@ -132,19 +109,19 @@ def _depth_rule(layer: AnyLayer, largest: float) -> tuple[Array, Array]:
     return np.append(middle + half * x, h), np.append(half * w, 0.0)
 
 
-def _of_layer(layer: Layer, states: Array, k: Array) -> PartDerivatives:
+def _of_layer(layer: AnyLayer, states: Array, k: Array) -> PartDerivatives:
     above, below = (_of_face(layer, states[..., i], k) for i in (0, 1))
     constants = {name: (above[name] - below[name])[None] for name in above}
-    system = sagittal_system(shear_modulus(layer), layer.poisson)
+    system = sagittal_system(*constants_of(layer))
     return PartDerivatives(np.zeros(1), constants, _form(_turned(system), states[..., 0]))
 
 
-def _of_sheet(layer: TransverselyIsotropicLayer, weights: Array, states: Array) -> PartDerivatives:
+def _of_sheet(layer: AnyLayer, weights: Array, states: Array) -> PartDerivatives:
     constants = {
         name: np.einsum("inz,ij,jnz,z->n", states, _turned(_matrix(change)), states, weights, optimize=True)[None]
-        for name, change in plane_slopes(constants_of(layer)).items()
+        for name, change in layer.slopes_at(np.zeros(())).items()
     }
-    return PartDerivatives(np.zeros(1), constants, _form(_turned(system_of(plane_of(layer))), states[..., -1]))
+    return PartDerivatives(np.zeros(1), constants, _form(_turned(system_of(layer.plane)), states[..., -1]))
 
 
 def _of_springs(springs: Interface, traction: Array) -> dict[str, Array]:
@@ -155,8 +132,8 @@ def _of_springs(springs: Interface, traction: Array) -> dict[str, Array]:
     }
 
 
-def _of_base(base: ElasticBase, state: Array, k: Array) -> PartDerivatives:
-    if isinstance(base, HalfSpace):
+def _of_base(base: Base, state: Array, k: Array) -> PartDerivatives:
+    if base.isotropic:
         constants = {name: face[None] for name, face in _of_face(base, state, k).items()}
     else:
         constants = {
@@ -166,12 +143,12 @@ def _of_base(base: ElasticBase, state: Array, k: Array) -> PartDerivatives:
     return PartDerivatives(np.zeros(1), constants, np.zeros(k.size))
 
 
-def _flexibility_slopes(base: TransverselyIsotropicHalfSpace) -> dict[str, Array]:
+def _flexibility_slopes(base: Base) -> dict[str, Array]:
     """Derivatives of the flexibility H = [[-s, d - q], [d - q, -s d]]/M by each constant."""
-    plane = plane_of(base)
+    plane = base.plane
     s, d, _, _ = exponents(plane)
     flexibility, found = flexibility_of(plane), {}
-    for name, change in plane_slopes(constants_of(base)).items():
+    for name, change in base.slopes_at(np.zeros(())).items():
         of_s, of_d = exponent_slopes(plane, change)
         mixed = of_d - change.coupling
         part = np.array([[-of_s, mixed], [mixed, -of_s * d - s * of_d]]) / plane.stiffness
@@ -184,27 +161,26 @@ def _matrix(change: Plane[N]) -> Array:
     return np.asarray(system_of(change) - system_of(Plane(*(0 * each for each in change))))
 
 
-def _of_graded(layer: GradedLayer, depths: Array, weights: Array, states: Array) -> PartDerivatives:
-    constants, inside = layer.constants_at(depths[:-1]), states[..., :-1]
-    slopes = plane_slopes(constants) if layer.anisotropic else isotropic_slopes(*constants)
+def _of_graded(layer: AnyLayer, depths: Array, weights: Array, states: Array) -> PartDerivatives:
+    inside = states[..., :-1]
     found = {
         kind: weights[:-1, None] * np.einsum("inz,ijz,jnz->zn", inside, _turned(_matrix(change)), inside, optimize=True)
-        for kind, change in zip(layer.laws, slopes.values(), strict=True)
+        for kind, change in layer.slopes_at(depths[:-1]).items()
     }
     system = system_of(layer.plane_at(depths[-1]))
     return PartDerivatives(depths[:-1], found, _form(_turned(system), states[..., -1]))
 
 
-def _of_face(body: Layer | HalfSpace, state: Array, k: Array) -> dict[str, Array]:
-    """y.J G y/k for a change of E and of nu: what a face contributes."""
-    mu = shear_modulus(body)
-    system = sagittal_system(mu, body.poisson)
+def _of_face(body: Material, state: Array, k: Array) -> dict[str, Array]:
+    """y.J G y/k for a change of each constant: what a face contributes."""
+    mu, nu = constants_of(body)
+    system = sagittal_system(mu, nu)
     # A G - G A = dA: one of its solutions, all of which give the same difference between the faces
     commutator = np.kron(system, np.eye(4)) - np.kron(np.eye(4), system.T)
     unit = np.array([1.0, 1.0, mu, mu])
     scale = np.outer(unit, 1 / unit).ravel()
     found = {}
-    for name, change in isotropic_slopes(body.young, body.poisson).items():
+    for name, change in body.slopes_at(np.zeros(())).items():
         balanced = commutator * scale[None, :] / scale[:, None]
         generator = np.linalg.lstsq(balanced, _matrix(change).ravel() / scale, rcond=1e-10)[0]
         found[name] = _form(_turned(np.asarray(generator * scale).reshape(4, 4)), state) / k

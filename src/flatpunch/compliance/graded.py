@@ -1,4 +1,4 @@
-"""Surface compliance of stacks that contain graded layers.
+"""Flexibility carried up through graded layers.
 
 What lies below a depth enters through its flexibility H, (u_r, u_z) = H (s_rz, s_zz)/k (see `layered`). In a graded
 layer H obeys a Riccati equation in the height t = k z upwards, here written for H = [[a, b], [b, c]], or, where the lower
@@ -23,11 +23,11 @@ import scipy
 
 from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance.layered import SATURATION, base_flexibility, carry_through, shear_modulus, yielding
+from flatpunch.compliance.layered import SATURATION
 from flatpunch.compliance.stack import Decay
 from flatpunch.compliance.transverse import flexibility_of
-from flatpunch.media import AnyLayer, GradedLayer, Interface, Layer, Medium, RigidBase, TransverselyIsotropicLayer
-from flatpunch.media.transverse import contact_modulus, over, plane_of
+from flatpunch.media import AnyLayer
+from flatpunch.media.plane import over
 
 TOLERANCE = 1e-12
 """Estimated relative error of one step, as it arrives at the surface."""
@@ -37,74 +37,10 @@ Rates = Callable[[Array, Sequence[Array]], Array]
 """Slopes of a state under the coefficients of plane strain at one depth per wavenumber."""
 
 
-def graded_response(medium: Medium, k: Array) -> Array:
-    """Dimensionless response L(k) = E* k C(k)/2 of a stack with graded layers at wavenumbers k > 0 [1/m], shape (n,).
-
-    A ValueError says that the constants leave their ranges between the depths at which the layer was checked.
-    """
-    top = medium.layers[0]
-    scale = float(1 / top.plane_at(np.zeros(1)).shear[0]) if isinstance(top, GradedLayer) else shear_modulus(top)
-    flexibility = graded_flexibility(medium, k, scale)
-    return np.asarray(-flexibility[1, 1] * (top.surface_modulus / (2 * scale)))
-
-
-def graded_flexibility(medium: Medium, k: Array, scale: float) -> Array:
-    """Flexibility H of a stack with graded layers at its surface, times the modulus `scale`; shape (2, 2, n)."""
-    flexibility = base_flexibility(medium, scale, k.shape)
-    for layer in reversed(medium.layers):
-        if isinstance(layer, GradedLayer):
-            flexibility = carry_through_graded(layer, flexibility, k, scale)
-        else:
-            flexibility = carry_through(layer, flexibility, k, scale)
-    return flexibility
-
-
-def long_wave_power(medium: Medium) -> int:
-    """p of L ~ k^p at long waves: 0 on an elastic base, 3 if all is incompressible and sticks to a rigid one, else 1."""
-    if not isinstance(medium.base, RigidBase):
-        return 0
-    return 3 if all(_unyielding(layer) and _incompressible(layer) for layer in medium.layers) else 1
-
-
-def _unyielding(layer: AnyLayer) -> bool:
-    """Whether the lower face neither slides nor moves across itself."""
-    return bool(layer.bonded) and not (isinstance(layer.bonded, Interface) and layer.bonded.normal is not None)
-
-
-def _incompressible(layer: AnyLayer) -> bool:
-    if isinstance(layer, Layer):
-        return layer.poisson == 0.5
-    if isinstance(layer, TransverselyIsotropicLayer):
-        return plane_of(layer).oedometric == 0
-    return bool(np.all(layer.plane_at(layer.sampled_depths).oedometric == 0))
-
-
-def smallest_and_largest_modulus(medium: Medium) -> tuple[float, float]:
-    """Range of the plane-strain modulus over all layers and the base [Pa]."""
-    found = []
-    for layer in medium.layers:
-        if isinstance(layer, GradedLayer):
-            moduli = contact_modulus(layer.plane_at(layer.sampled_depths))
-            found += [float(moduli.min()), float(moduli.max())]
-        else:
-            found.append(layer.surface_modulus)
-    if not isinstance(medium.base, RigidBase):
-        found.append(medium.base.surface_modulus)
-    found += spring_moduli(medium)
-    return min(found), max(found)
-
-
-def spring_moduli(medium: Medium) -> list[float]:
-    """Stiffnesses of the interfaces times the thickness of all layers [Pa]."""
-    springs = [layer.bonded for layer in medium.layers if isinstance(layer.bonded, Interface)]
-    return [medium.thickness * value for each in springs for value in (each.normal, each.shear) if value]
-
-
-def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: float) -> Array:
-    """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
+def carry_through_graded(layer: AnyLayer, below: Array, k: Array, scale: float) -> Array:
+    """Flexibility at the upper face of `layer` from `below`, the one at its lower face; shape (2, 2, n)."""
     decay = Decay.of(layer)
     depth = np.minimum(layer.thickness, decay.depth_of(SATURATION / k))
-    below = yielding(layer.bonded, below, k, scale)
     start = below.copy()
     hidden = depth < layer.thickness
     if hidden.any():
@@ -125,7 +61,7 @@ def carry_through_graded(layer: GradedLayer, below: Array, k: Array, scale: floa
 
 
 def _integrate(
-    layer: GradedLayer, decay: Decay, rates: Rates, state: Array, k: Array, depth: Array, scale: float
+    layer: AnyLayer, decay: Decay, rates: Rates, state: Array, k: Array, depth: Array, scale: float
 ) -> Array:
     """State (3, n) at the upper face from the state at `depth`."""
     breaks = np.array([0.0, *layer.breaks])
@@ -156,7 +92,7 @@ def _integrate(
     raise ValueError("The grading of a layer needs more steps than are allowed: its law oscillates too fast in depth.")
 
 
-def _check_step(layer: GradedLayer, z: Array, d: Array) -> None:
+def _check_step(layer: AnyLayer, z: Array, d: Array) -> None:
     tiny = d < 1e-11 * z
     if tiny.any():
         raise ValueError(
@@ -166,7 +102,7 @@ def _check_step(layer: GradedLayer, z: Array, d: Array) -> None:
 
 
 def _runge_kutta(
-    layer: GradedLayer, rates: Rates, y: Array, k: Array, z: Array, d: Array, scale: float
+    layer: AnyLayer, rates: Rates, y: Array, k: Array, z: Array, d: Array, scale: float
 ) -> tuple[Array, Array]:
     """One step of order 8 from z to z - d, and its relative error."""
     rule = scipy.integrate.DOP853

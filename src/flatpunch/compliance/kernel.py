@@ -16,25 +16,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, shown, values
+from flatpunch._support.checks import Array, values
 from flatpunch._support.readable import readable
-from flatpunch.compliance.graded import graded_response, long_wave_power, smallest_and_largest_modulus, spring_moduli
 from flatpunch.compliance.interpolant import Combined, Interpolant, SmoothResponse, interpolate
-from flatpunch.compliance.layered import SATURATION, layered_response, saturation
+from flatpunch.compliance.layered import SATURATION
 from flatpunch.compliance.power_law import power_law_constant
-from flatpunch.media import (
-    Body,
-    FreeLayer,
-    GradedLayer,
-    HalfSpace,
-    Medium,
-    PowerLawHalfSpace,
-    PunchSolution,
-    RigidBase,
-    TabulatedMedium,
-    TransverselyIsotropicHalfSpace,
-    TwoBodies,
+from flatpunch.compliance.response import (
+    layered_response,
+    long_wave_power,
+    saturation,
+    smallest_and_largest_modulus,
+    spring_moduli,
 )
+from flatpunch.media import Body, PowerLawHalfSpace, PunchSolution, Stack, TabulatedMedium, TwoBodies, underlying
 
 
 @readable
@@ -155,24 +149,12 @@ def compliance(medium: Body) -> Kernel:
     >>> print((kernel(k) / half_space(k)).round(3))  # short waves do not reach the base
     [0.005 0.641 1.   ]
     """
-    if isinstance(medium, TabulatedMedium):
-        return _tabulated(medium)
-    if not isinstance(medium, (HalfSpace, TransverselyIsotropicHalfSpace, Medium, PowerLawHalfSpace, TwoBodies)):
-        raise _refusal(medium)
-    return _kernel(medium)
-
-
-def _refusal(medium: object) -> Exception:
-    """Why something has no compliance."""
-    if isinstance(medium, FreeLayer):
-        return ValueError(
+    if underlying(medium).free:
+        raise ValueError(
             "medium = FreeLayer(...) lifts off its base, so that it has no compliance: only `indent` takes it, with round "
             "tips. A layer that is held down is Medium([Layer(..., bonded=False)], base=...)."
         )
-    return TypeError(
-        f"medium = {shown(medium)} must be a Medium, a half-space or TwoBodies. Layers alone are no "
-        "medium: Medium([layer, ...], base=...) says what lies below them."
-    )
+    return _tabulated(medium) if isinstance(medium, TabulatedMedium) else _kernel(medium)
 
 
 @byte_cached
@@ -181,18 +163,15 @@ def _tabulated(medium: TabulatedMedium) -> Kernel:
 
 
 @byte_cached
-def _kernel(medium: HalfSpace | TransverselyIsotropicHalfSpace | Medium | PowerLawHalfSpace | TwoBodies) -> Kernel:
-    if isinstance(medium, (HalfSpace, TransverselyIsotropicHalfSpace)) or (
-        isinstance(medium, Medium) and not medium.layers
-    ):
-        return Kernel(modulus=medium.surface_modulus, length=float("inf"), response=np.ones_like)
-    if isinstance(medium, Medium):
-        if any(isinstance(layer, GradedLayer) for layer in medium.layers):
-            return _graded_stack(medium)
-        return _stack(medium)
+def _kernel(medium: Body) -> Kernel:
     if isinstance(medium, TwoBodies):
         return _pair(medium)
-    return _power_law(medium)
+    if medium.power_law:
+        return _power_law(medium.power_law)
+    ((_, stack),) = medium.sides
+    if not stack.layers:
+        return Kernel(modulus=stack.surface_modulus, length=float("inf"), response=np.ones_like)
+    return _graded_stack(stack) if stack.varies else _stack(stack)
 
 
 # Responses are objects, not closures, so that kernels can be handed to other processes.
@@ -200,9 +179,9 @@ def _kernel(medium: HalfSpace | TransverselyIsotropicHalfSpace | Medium | PowerL
 
 @dataclass(frozen=True, slots=True)
 class _Layered:
-    """L of homogeneous layers."""
+    """L of layers."""
 
-    medium: Medium
+    medium: Stack
     length: float
 
     def __call__(self, kappa: Array) -> Array:
@@ -232,13 +211,13 @@ class _Pair:
         return np.asarray(self.constant + varying)
 
 
-def _stack(medium: Medium) -> Kernel:
+def _stack(medium: Stack) -> Kernel:
     # with more layers interpolating a table of the recursion is faster
     if len(medium.layers) > 4:
         return _tabulated_stack(medium)
     length = medium.length
     moduli = [layer.surface_modulus for layer in medium.layers]
-    if not isinstance(medium.base, RigidBase):
+    if not medium.base.rigid:
         moduli.append(medium.base.surface_modulus)
     moduli += spring_moduli(medium)
     # below this kappa even the longest length of the stack, thickness times modulus ratio, is short
@@ -252,7 +231,7 @@ def _stack(medium: Medium) -> Kernel:
     )
 
 
-def _tabulated_stack(medium: Medium) -> Kernel:
+def _tabulated_stack(medium: Stack) -> Kernel:
     """Many homogeneous layers: the recursion runs once, at the points of an interpolant."""
     series = _interpolated(medium, _Layered(medium, medium.length), vanishing=True)
     cutoff = saturation(medium.layers[0])
@@ -261,17 +240,17 @@ def _tabulated_stack(medium: Medium) -> Kernel:
     )
 
 
-def _interpolated(medium: Medium, response: Callable[[Array], Array], *, vanishing: bool) -> Interpolant:
+def _interpolated(medium: Stack, response: Callable[[Array], Array], *, vanishing: bool) -> Interpolant:
     smallest, largest = smallest_and_largest_modulus(medium)
     start = 0.1 * (medium.length / medium.thickness) * float(np.sqrt(smallest / largest))
     last = saturation(medium.layers[0])
     return interpolate(response, min(start, last / 2), long_wave_power(medium), vanishing=vanishing, last=last)
 
 
-def _graded_stack(medium: Medium) -> Kernel:
+def _graded_stack(medium: Stack) -> Kernel:
     length = medium.length
-    surface_graded = isinstance(medium.layers[0], GradedLayer)
-    series = _interpolated(medium, lambda kappa: graded_response(medium, kappa / length), vanishing=not surface_graded)
+    surface_graded = medium.layers[0].varies
+    series = _interpolated(medium, _Layered(medium, length), vanishing=not surface_graded)
     return Kernel(
         modulus=medium.surface_modulus,
         length=length,

@@ -1,4 +1,4 @@
-"""Surface compliance of a stack of homogeneous layers.
+"""Closed propagator of homogeneous isotropic layers.
 
 Pressure p at wavenumber k pushes the surface in by u = C(k) p with C = 2 L/(E* k); L -> 1 for k -> infinity. What lies
 below a depth enters only through its flexibility H, (u_r, u_z) = H (s_rz, s_zz)/k, a 2x2 matrix: zero on a rigid base,
@@ -20,17 +20,9 @@ from math import factorial
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.transverse import REACH, Sheet, Solid, system_of
-from flatpunch.media import (
-    HalfSpace,
-    Interface,
-    Layer,
-    Medium,
-    RigidBase,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
-from flatpunch.media.transverse import isotropic_plane
+from flatpunch.compliance.transverse import REACH, flexibility_of, system_of
+from flatpunch.media import AnyLayer, Material
+from flatpunch.media.plane import isotropic_plane, over
 
 SATURATION = REACH
 """k h from which a layer hides what lies below it: exp(-2 k h) (k h)^2 < 1e-18."""
@@ -43,113 +35,21 @@ _SERIES = [2 * (j + 1) / factorial(2 * j + 3) for j in range(9, -1, -1)]
 """x cosh x - sinh x = x^3 sum_j 2(j+1)/(2j+3)! x^(2j), highest power first: ten terms leave 1e-18 at x = 1."""
 
 
-def layered_response(medium: Medium, k: Array) -> Array:
-    """Dimensionless response L(k) = E* k C(k)/2 of a stack of homogeneous layers at wavenumbers k > 0 [1/m], shape (n,).
-
-    The relative error is below 1e-12 for 1e-4 <= kh <= 50 (tests compare with multiprecision).
-    """
-    if not medium.layers:
-        return np.ones_like(k)
-    top = homogeneous_layers(medium)[0]
-    response = np.ones_like(k)
-    inside = k * top.thickness < saturation(top)
-    if inside.any():
-        scale = shear_modulus(top)
-        flexibility = stack_flexibility(medium, k[inside], scale)
-        response[inside] = -flexibility[1, 1] * (top.surface_modulus / (2 * scale))
-    return response
-
-
-def saturation(top: object) -> float:
-    """k h from which a surface layer hides what lies below it."""
-    return SATURATION / Solid.of(top, 1.0).slowest if isinstance(top, TransverselyIsotropicLayer) else SATURATION
-
-
-def homogeneous_layers(medium: Medium) -> tuple[Layer | TransverselyIsotropicLayer, ...]:
-    """The layers, none of which may be graded."""
-    layers = tuple(layer for layer in medium.layers if isinstance(layer, (Layer, TransverselyIsotropicLayer)))
-    if len(layers) < len(medium.layers):
-        raise TypeError("A stack with graded layers has no closed form; its response comes from `graded_response`.")
-    return layers
-
-
-def stack_flexibility(medium: Medium, k: Array, scale: float) -> Array:
-    """Flexibility H of the stack at its surface, times the shear modulus `scale`; shape (2, 2, n)."""
-    order = np.argsort(k)
-    flexibility = np.empty((2, 2, k.size))
-    flexibility[..., order] = _sorted_flexibility(medium, k[order], scale)
-    return flexibility
-
-
-def _sorted_flexibility(medium: Medium, k: Array, scale: float) -> Array:
-    """Flexibility of the stack at its surface for ascending wavenumbers, shape (2, 2, n)."""
-    flexibility = base_flexibility(medium, scale, k.shape)
-    known: dict[float, _Depths] = {}
-    for layer in reversed(homogeneous_layers(medium)):
-        flexibility = yielding(layer.bonded, flexibility, k, scale)
-        if isinstance(layer, TransverselyIsotropicLayer):
-            flexibility = _through_sheet(layer, flexibility, k, scale)
-            continue
-        if layer.thickness not in known:
-            # thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory
-            if len(known) == 8:
-                known.pop(next(iter(known)))
-            known[layer.thickness] = _Depths.of(k * layer.thickness)
-        _carry(layer, flexibility, known[layer.thickness], scale)
-    return flexibility
-
-
-def base_flexibility(medium: Medium, scale: float, shape: tuple[int, ...]) -> Array:
-    """Flexibility of what lies below all layers, times `scale`; shape (2, 2, *shape)."""
-    if isinstance(medium.base, RigidBase):
+def half_space_flexibility(material: Material, scale: float, shape: tuple[int, ...]) -> Array:
+    """Flexibility of a homogeneous half-space times `scale`: the subspace of fields that decay with depth, zero if rigid."""
+    if material.rigid:
         return np.zeros((2, 2, *shape))
-    return half_space_flexibility(medium.base, scale, shape)
-
-
-def yielding(face: bool | Interface, below: Array, k: Array, scale: float) -> Array:
-    """Flexibility of what lies below a layer with that of the springs of its lower face, if there are any."""
-    if not isinstance(face, Interface):
-        return below
-    along, across = face.softness
-    below = below.copy()
-    if face:
-        below[0, 0] -= scale * along * k
-    below[1, 1] -= scale * across * k
-    return below
-
-
-def half_space_flexibility(
-    body: HalfSpace | Layer | TransverselyIsotropicHalfSpace, scale: float, shape: tuple[int, ...]
-) -> Array:
-    """Flexibility of a homogeneous half-space times `scale`: the subspace of fields that decay with depth."""
-    if isinstance(body, TransverselyIsotropicHalfSpace):
-        constant = Solid.of(body, scale).flexibility
-    else:
-        nu = body.poisson
-        g = scale / shear_modulus(body)
+    if material.isotropic:
+        mu, nu = material.isotropic
+        g = scale / mu
         constant = g * np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]])
+    else:
+        constant = flexibility_of(over(scale, material.plane))
     return np.broadcast_to(constant[:, :, None], (2, 2, *shape)).copy()
 
 
-def _through_sheet(layer: TransverselyIsotropicLayer, below: Array, k: Array, scale: float) -> Array:
-    """Flexibility at the upper face of a transversely isotropic layer."""
-    return Sheet(Solid.of(layer, scale), layer.thickness, k, _states_below(layer, below)).flexibility
-
-
-def carry_through(layer: Layer | TransverselyIsotropicLayer, below: Array, k: Array, scale: float) -> Array:
-    """Flexibility at the upper face of `layer` from `below`, the one of all that lies under it; shape (2, 2, n)."""
-    below = yielding(layer.bonded, below, k, scale)
-    if isinstance(layer, TransverselyIsotropicLayer):
-        return _through_sheet(layer, below, k, scale)
-    order, above = np.argsort(k), np.empty(below.shape)
-    ascending = below[..., order]
-    _carry(layer, ascending, _Depths.of(k[order] * layer.thickness), scale)
-    above[..., order] = ascending
-    return above
-
-
 @dataclass(frozen=True, slots=True)
-class _Depths:
+class Depths:
     """Ascending x = k h of one thickness: below `shallow` states are carried, up to `deep` waves are reflected.
 
     Attributes
@@ -168,13 +68,14 @@ class _Depths:
     functions: Array
 
     @classmethod
-    def of(cls, x: Array) -> _Depths:
+    def of(cls, x: Array) -> Depths:
+        """Ranges and functions of ascending x."""
         shallow, deep = np.searchsorted(x, [_DEEP, SATURATION]).tolist()
         return cls(shallow, deep, x[shallow:deep], depth_functions(x[:shallow]))
 
 
-def _carry(layer: Layer, flexibility: Array, depths: _Depths, scale: float) -> None:
-    """Replace the flexibility at the lower face of a layer by that at its upper face."""
+def carry(layer: AnyLayer, flexibility: Array, depths: Depths, scale: float) -> None:
+    """Replace the flexibility at the lower face of an isotropic layer by that at its upper face."""
     shallow, deep = depths.shallow, depths.deep
     if shallow:
         flexibility[..., :shallow] = _propagate(layer, flexibility[..., :shallow], depths.functions, scale)
@@ -183,11 +84,12 @@ def _carry(layer: Layer, flexibility: Array, depths: _Depths, scale: float) -> N
     flexibility[..., deep:] = half_space_flexibility(layer, scale, (1,))
 
 
-def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Array:
+def _propagate(layer: AnyLayer, below: Array, functions: Array, scale: float) -> Array:
     """Flexibility above a layer at small x = k h, from the `functions` of the depth, shape (4, n), by two states."""
-    system = sagittal_system(shear_modulus(layer) / scale, layer.poisson)
+    mu, nu = constants_of(layer)
+    system = sagittal_system(mu / scale, nu)
     nilpotent = system @ system - np.eye(4)
-    states = _states_below(layer, below)
+    states = states_below(layer, below)
     parts = np.concatenate([nilpotent, system, system @ nilpotent]) @ states.reshape(4, -1)
     first, second, third = parts.reshape(3, *states.shape)
     # notation: rows (u_r, u_z, s_rz/k, s_zz/k), columns the two admissible states
@@ -196,12 +98,13 @@ def _propagate(layer: Layer, below: Array, functions: Array, scale: float) -> Ar
     return _divide(carried[:2], carried[2:])
 
 
-def _reflect(layer: Layer, below: Array, x: Array, scale: float) -> Array:
+def _reflect(layer: AnyLayer, below: Array, x: Array, scale: float) -> Array:
     """Flexibility above a layer at large x = k h: decaying solutions, and the growing ones that the lower face sends back.
 
     Both are exp(-+x) (v, w + v x) and pass through the layer as exp(-x) N and exp(-x)/N with N = (1 x; 0 1).
     """
-    m, c = shear_modulus(layer) / scale, 3 - 4 * layer.poisson
+    mu, nu = constants_of(layer)
+    m, c = mu / scale, 3 - 4 * nu
     # notation: columns are two decaying and two growing solutions at their own face
     solutions = np.array(
         [
@@ -222,7 +125,7 @@ def _reflect(layer: Layer, below: Array, x: Array, scale: float) -> Array:
     return _divide(fields[:2], fields[2:])
 
 
-def _mismatch(layer: Layer, below: Array, states: Array) -> Array:
+def _mismatch(layer: AnyLayer, below: Array, states: Array) -> Array:
     """What states, shape (4, s), leave of the two conditions at the lower face; shape (2, s, n)."""
     if layer.bonded:
         return np.asarray(states[:2, :, None] - states[2:].T @ below)
@@ -230,7 +133,7 @@ def _mismatch(layer: Layer, below: Array, states: Array) -> Array:
     return np.stack([np.broadcast_to(states[2, :, None], normal.shape), normal])
 
 
-def _states_below(layer: Layer | TransverselyIsotropicLayer, below: Array) -> Array:
+def states_below(layer: AnyLayer, below: Array) -> Array:
     """Two states that span what the lower face of `layer` admits; shape (4, 2, n)."""
     states = np.zeros((4, 2, below.shape[-1]))
     if layer.bonded:
@@ -250,11 +153,10 @@ def depth_functions(x: Array) -> Array:
     return np.stack([cosh, x * sinh / 2, sinh, _x_cosh_minus_sinh(x, cosh, sinh) / 2])
 
 
-def shear_modulus(body: HalfSpace | Layer | TransverselyIsotropicHalfSpace | TransverselyIsotropicLayer) -> float:
-    """Shear modulus of a body, of a transversely isotropic one that along z [Pa]."""
-    if isinstance(body, (TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer)):
-        return body.shear
-    return body.young / (2 * (1 + body.poisson))
+def constants_of(part: Material) -> tuple[float, float]:
+    """Shear modulus [Pa] and Poisson ratio of a layer or base that is isotropic and does not vary."""
+    assert part.isotropic is not None
+    return part.isotropic
 
 
 def sagittal_system(mu: float, nu: float) -> Array:

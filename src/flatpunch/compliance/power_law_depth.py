@@ -22,7 +22,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliance.depth import Waves, named_waves
 from flatpunch.compliance.layered import sagittal_system
 from flatpunch.media import PowerLawHalfSpace
-from flatpunch.media.transverse import isotropic_plane
+from flatpunch.media.plane import isotropic_plane
 
 _DEEPEST, _SHALLOWEST = 120.0, 1e-14
 """x between which the system is integrated: at the start the grading is taken as none, whose error decays like exp(-2x)."""

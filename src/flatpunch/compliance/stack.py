@@ -9,65 +9,37 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Indices
-from flatpunch.media import (
-    AnyLayer,
-    ElasticBase,
-    GradedLayer,
-    HalfSpace,
-    Layer,
-    Medium,
-    PowerLawHalfSpace,
-    RigidBase,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
-from flatpunch.media.transverse import Plane, isotropic_plane, plane_of, rates_of
+from flatpunch.media import Material, Stack
+from flatpunch.media.plane import Plane, rates_of
 
 Side = Literal["above", "below"]
 
 
-Body = ElasticBase | Medium
-"""Bodies whose fields are found by two sweeps."""
-
-Homogeneous = Layer | TransverselyIsotropicLayer | ElasticBase
-
-
-def interfaces(medium: Body | PowerLawHalfSpace) -> Array:
+def interfaces(medium: Stack) -> Array:
     """Depths of the lower faces of all layers [m], shape (layers,)."""
-    layers = medium.layers if isinstance(medium, Medium) else ()
-    return np.cumsum([each.thickness for each in layers]) if layers else np.zeros(0)
+    return np.cumsum([each.thickness for each in medium.layers]) if medium.layers else np.zeros(0)
 
 
-def layer_at(body: Body | PowerLawHalfSpace, depth: Array, side: Side) -> Indices:
+def layer_at(body: Stack, depth: Array, side: Side) -> Indices:
     """Layer of each depth; at an interface the one on that side."""
     faces = interfaces(body)
     slack = ROUNDING * faces * (1 if side == "above" else -1)
     layer = np.searchsorted(faces + slack, depth, side="right")
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+    if body.base.rigid:
         # a rigid base has no stresses: its surface shows those of the layer on it
         layer = np.minimum(layer, len(body.layers) - 1)
     return np.asarray(layer)
 
 
-def plane_at(medium: Body, z: Array, layer: Indices) -> Plane[Array]:
+def plane_at(medium: Stack, z: Array, layer: Indices) -> Plane[Array]:
     """Plane-strain coefficients at depths z of the given layers, arrays of shape (nz,) [Pa]; NaN in a rigid base."""
     found = np.full((len(Plane._fields), z.size), np.nan)
     tops = np.concatenate([[0.0], interfaces(medium)])
     for i in np.unique(layer):
         here = layer == i
-        body = _bodies(medium)[i]
-        if isinstance(body, GradedLayer):
-            found[:, here] = body.plane_at(np.clip(z[here] - tops[i], 0.0, body.thickness))
-        elif isinstance(body, Homogeneous):
-            found[:, here] = np.array(material(body))[:, None]
+        part = medium.parts[i]
+        found[:, here] = part.plane_at(np.clip(z[here] - tops[i], 0.0, part.extent))
     return Plane(*found)
-
-
-def material(body: Homogeneous) -> Plane[float]:
-    """Plane-strain coefficients of a homogeneous layer or base [Pa]."""
-    if isinstance(body, (Layer, HalfSpace)):
-        return isotropic_plane(body.young, body.poisson)
-    return plane_of(body)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,16 +62,16 @@ class Decay:
     reached: Array
 
     @classmethod
-    def of(cls, body: object) -> Decay:
-        """Rates of a body."""
-        if isinstance(body, GradedLayer) and body.anisotropic:
-            depths = body.sampled_depths
-            slow, fast = rates_of(body.plane_at(depths))
+    def of(cls, part: Material) -> Decay:
+        """Rates of a layer or base."""
+        if part.anisotropic and part.varies:
+            depths = part.sampled_depths
+            slow, fast = rates_of(part.plane_at(depths))
             return cls(depths, slow, fast, scipy.integrate.cumulative_trapezoid(slow, depths, initial=0.0))
-        ones, depths = np.ones(2), np.array([0.0, body.thickness if isinstance(body, AnyLayer) else np.inf])
-        slow, fast = ones, ones
-        if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
-            slow, fast = rates_of(Plane(*(each * ones for each in plane_of(body))))
+        depths = np.array([0.0, part.extent])
+        slow = fast = np.ones(2)
+        if part.anisotropic:
+            slow, fast = rates_of(part.plane_at(depths))
         return cls(depths, slow, fast, slow * depths)
 
     def down_to(self, z: Array) -> Array:
@@ -115,7 +87,7 @@ class Decay:
         return np.asarray(np.interp(reached, self.reached, self.depths))
 
 
-def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
+def attenuation(medium: Stack, z: Array) -> Array:
     """Depths over which load waves decay as exp(-k depth) at least [m]: z itself, but of anisotropic layers a multiple.
 
     The fields of a wave decay at the slower rate of each transversely isotropic layer, and in the top layer those of the
@@ -123,10 +95,10 @@ def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
     """
     faces = np.concatenate([[0.0], interfaces(medium), [np.inf]])
     found = z.copy()
-    for i, body in enumerate(_bodies(medium)):
-        if not _anisotropic(body):
+    for i, part in enumerate(medium.parts):
+        if not part.anisotropic:
             continue
-        own, decay = np.clip(z, faces[i], faces[i + 1]) - faces[i], Decay.of(body)
+        own, decay = np.clip(z, faces[i], faces[i + 1]) - faces[i], Decay.of(part)
         reached = decay.down_to(own)
         if i == 0:
             reached = np.where(z <= faces[1], np.minimum(reached, decay.slow[0] * own), reached)
@@ -134,17 +106,6 @@ def attenuation(medium: Body | PowerLawHalfSpace, z: Array) -> Array:
     return found
 
 
-def fastest_rate(medium: Body | PowerLawHalfSpace, layer: int) -> float:
+def fastest_rate(medium: Stack, layer: int) -> float:
     """Larger rate of decay of load waves in a layer: 1 where it is isotropic."""
-    return max(1.0, float(Decay.of(_bodies(medium)[layer]).fast.max()))
-
-
-def _anisotropic(body: object) -> bool:
-    if isinstance(body, GradedLayer):
-        return body.anisotropic
-    return isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
-
-
-def _bodies(medium: Body | PowerLawHalfSpace) -> tuple[object, ...]:
-    """The layers, and the base after them."""
-    return (*medium.layers, medium.base) if isinstance(medium, Medium) else (medium,)
+    return max(1.0, float(Decay.of(medium.parts[layer]).fast.max()))

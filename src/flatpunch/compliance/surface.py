@@ -14,14 +14,14 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.graded import TOLERANCE, graded_flexibility
-from flatpunch.compliance.layered import SATURATION, half_space_flexibility, stack_flexibility
-from flatpunch.compliance.stack import Body, plane_at
-from flatpunch.media import AnyLayer, ElasticBase, GradedLayer, Interface, Medium, RigidBase
-from flatpunch.media.transverse import Plane
+from flatpunch.compliance.graded import TOLERANCE
+from flatpunch.compliance.layered import SATURATION, half_space_flexibility
+from flatpunch.compliance.response import stack_flexibility
+from flatpunch.media import AnyLayer, Material, Stack
+from flatpunch.media.plane import Plane
 
 
-def surface_flexibility(body: Body, k: Array) -> tuple[Array, Array]:
+def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
     """Flexibilities of the surface.
 
     Parameters
@@ -38,37 +38,26 @@ def surface_flexibility(body: Body, k: Array) -> tuple[Array, Array]:
     across : ndarray, shape (n,)
         k u_t per s_tz [1/Pa].
     """
-    if not isinstance(body, Medium) or not body.layers:
-        base = body.base if isinstance(body, Medium) else body
-        assert not isinstance(base, RigidBase)
-        return half_space_flexibility(base, 1.0, k.shape), np.full(k.size, -1 / _impedance_at(_surface_plane(base))[0])
+    if not body.layers:
+        return half_space_flexibility(body.base, 1.0, k.shape), _across(body, k)
     scale = body.surface_modulus
-    if any(isinstance(layer, GradedLayer) for layer in body.layers):
-        along = graded_flexibility(body, k, scale)
-    else:
-        along = stack_flexibility(body, k, scale)
-    return along / scale, _across(body, k)
+    return stack_flexibility(body, k, scale) / scale, _across(body, k)
 
 
-def _surface_plane(body: AnyLayer | ElasticBase) -> Plane[Array]:
+def _surface_plane(material: Material) -> Plane[Array]:
     """Coefficients at the top of a layer or half-space [Pa], shape (1,)."""
-    alone = Medium([body], RigidBase()) if not isinstance(body, ElasticBase) else body
-    return plane_at(alone, np.zeros(1), np.zeros(1, dtype=int))
+    return material.plane_at(np.zeros(1))
 
 
-def _across(medium: Medium, k: Array) -> Array:
-    """k u_t/s_tz at the surface of layers."""
+def _across(medium: Stack, k: Array) -> Array:
+    """k u_t/s_tz at the surface."""
     base = medium.base
-    w = (
-        np.zeros_like(k)
-        if isinstance(base, RigidBase)
-        else np.full(k.size, -1 / _impedance_at(_surface_plane(base))[0])
-    )
+    w = np.zeros_like(k) if base.rigid else np.full(k.size, -1 / _impedance_at(_surface_plane(base))[0])
     for layer in reversed(medium.layers):
-        slides = not layer.bonded
-        if isinstance(layer.bonded, Interface) and not slides:
-            w = w - layer.bonded.softness[0] * k
-        w = _through_graded(layer, w, k, slides) if isinstance(layer, GradedLayer) else _through(layer, w, k, slides)
+        slides = not layer.face
+        if not slides:
+            w = w - layer.face.softness[0] * k
+        w = _through_graded(layer, w, k, slides) if layer.varies else _through(layer, w, k, slides)
     return w
 
 
@@ -79,7 +68,7 @@ def _through(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
     return np.asarray(-1 / (impedance * t) if slides else (w - t / impedance) / (1 - t * impedance * w))
 
 
-def _through_graded(layer: GradedLayer, w: Array, k: Array, slides: bool) -> Array:
+def _through_graded(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
     """From the lower face, or from the depth that a wave reaches, where the layer is its own half-space."""
     samples = layer.plane_at(layer.sampled_depths)
     # waves decay like exp(-k z sqrt(C66/C44))

@@ -1,6 +1,6 @@
 """Waves in transversely isotropic layers and half-spaces, one propagator for real, equal and complex rates of decay.
 
-Along a wave the state y = (k u_l, k u_z, s_lz, s_zz) obeys dy/d(kz) = A y with the coefficients of `media.transverse.Plane`. A^2
+Along a wave the state y = (k u_l, k u_z, s_lz, s_zz) obeys dy/d(kz) = A y with the coefficients of `media.plane.Plane`. A^2
 has two eigenvalues, the squares of the rates p, p^2 - s p + d = 0. Fields that decay with depth are y = [H; 1] exp(-N x) t, t the
 tractions (s_lz, s_zz), and those that grow are their mirror images, with
 
@@ -21,7 +21,8 @@ from math import sqrt
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags
-from flatpunch.media.transverse import N, Plane, TransverselyIsotropic, exponents, over, plane_of
+from flatpunch.media import Material
+from flatpunch.media.plane import N, Plane, exponents, over
 
 REACH = 25.0
 """Rate of decay times k h from which a layer hides what lies below it."""
@@ -43,9 +44,9 @@ class Solid:
     plane: Plane[float]
 
     @classmethod
-    def of(cls, body: TransverselyIsotropic, scale: float) -> Solid:
+    def of(cls, body: Material, scale: float) -> Solid:
         """Material of a layer or half-space."""
-        return cls(over(scale, plane_of(body)))
+        return cls(over(scale, body.plane))
 
     @cached_property
     def rates(self) -> tuple[float, float]:

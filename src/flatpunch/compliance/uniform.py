@@ -9,35 +9,19 @@ from __future__ import annotations
 
 from scipy.integrate import quad
 
-from flatpunch.media import (
-    AnyLayer,
-    Body,
-    GradedLayer,
-    Interface,
-    Layer,
-    Medium,
-    RigidBase,
-    TwoBodies,
-    underlying,
-)
-from flatpunch.media.transverse import isotropic_plane
+from flatpunch.media import AnyLayer, Body
 
 
 def uniform_compliance(medium: Body) -> float:
     """C(0) [m/Pa] of a body; infinite on elastic bases and half-spaces."""
-    medium = underlying(medium)
-    if isinstance(medium, TwoBodies):
-        return sum(uniform_compliance(body) for body in medium.elastic)
-    if not (isinstance(medium, Medium) and isinstance(medium.base, RigidBase)):
+    if not all(body.base.rigid for body in medium.elastic):
         return float("inf")
-    springs = sum(layer.bonded.softness[1] for layer in medium.layers if isinstance(layer.bonded, Interface))
-    return springs + sum(_squeezed(layer) for layer in medium.layers)
+    layers = [layer for body in medium.elastic for layer in body.layers]
+    return sum(layer.face.softness[1] for layer in layers) + sum(_squeezed(layer) for layer in layers)
 
 
 def _squeezed(layer: AnyLayer) -> float:
     """Shortening of a layer per pressure [m/Pa]; its sides do not move."""
-    if isinstance(layer, Layer):
-        return layer.thickness * isotropic_plane(layer.young, layer.poisson).oedometric
-    if isinstance(layer, GradedLayer):
+    if layer.varies:
         return float(quad(lambda z: float(layer.plane_at(z).oedometric), 0.0, layer.thickness)[0])
-    return layer.thickness / layer.stiffnesses.c33
+    return layer.thickness * layer.plane.oedometric

@@ -22,7 +22,7 @@ from flatpunch.contact.methods import (
 )
 from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
 from flatpunch.indenters.profile import Indenter, check_rising
-from flatpunch.media import Body, FreeLayer
+from flatpunch.media import Body, underlying
 
 if TYPE_CHECKING:
     pass
@@ -101,7 +101,7 @@ def series_of(indenter: Indenter) -> Exact | SecondOrder | FourthOrder | Boundar
 
 def default_method(
     indenter: Indenter,
-    medium: Body | FreeLayer | None = None,
+    medium: Body | None = None,
     *,
     depth: Values | None = None,
     force: Values | None = None,
@@ -134,7 +134,7 @@ def default_method(
 
 def default_choice(
     indenter: Indenter,
-    medium: Body | FreeLayer,
+    medium: Body,
     *,
     depth: Values | None = None,
     force: Values | None = None,
@@ -155,7 +155,7 @@ def default_choice(
     exact exact (round tip)
     """
     control = control_from(depth=depth, force=force, radius=radius)
-    if isinstance(medium, FreeLayer):
+    if underlying(medium).free:
         return LIFTS_OFF
     return choose(compliance(medium), indenter, control, np.zeros(1))
 

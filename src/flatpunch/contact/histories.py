@@ -16,7 +16,7 @@ from flatpunch.contact.default import EXACT, LIFTS_OFF, Choice, Method, adhesive
 from flatpunch.contact.methods import BoundaryElements, Exact
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_rising
-from flatpunch.media import Body, FreeLayer, Medium
+from flatpunch.media import Body, FreeLayer
 from flatpunch.media.relaxation import Relaxation
 
 if TYPE_CHECKING:
@@ -71,9 +71,8 @@ def history(
     times = values("time", time, minimum=-np.inf, unit="s")
     if not isinstance(relaxation, Relaxation):
         viscoelastic.check_history(control, times)
-        each = viscoelastic.check_each(medium, indenter, method, relaxation)
-        assert isinstance(medium, Medium)
-        curve = viscoelastic.solve_layered(medium, indenter, control, times, each, phi)
+        stack, each = viscoelastic.check_each(medium, indenter, method, relaxation)
+        curve = viscoelastic.solve_layered(stack, indenter, control, times, each, phi)
         result = result_of(curve, phi, medium, indenter, control, Choice(Exact(), EXACT, quick=True))
         return result.assign_attrs(relaxation=json.dumps(record(each)))
     if method is None:

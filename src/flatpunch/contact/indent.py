@@ -32,7 +32,7 @@ from flatpunch.contact.methods import BoundaryElements, Exact, Refined, exactly_
 from flatpunch.contact.pressure_field import PressureField
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, FreeLayer
+from flatpunch.media import Body, underlying
 from flatpunch.media.relaxation import Relaxation
 
 if TYPE_CHECKING:
@@ -69,17 +69,11 @@ class Place(TypedDict, total=False):
 
 
 @overload
-def indent(
-    medium: Body | FreeLayer, indenter: Indenter, *, depth: Values, **options: Unpack[Options]
-) -> xr.Dataset: ...
+def indent(medium: Body, indenter: Indenter, *, depth: Values, **options: Unpack[Options]) -> xr.Dataset: ...
 @overload
-def indent(
-    medium: Body | FreeLayer, indenter: Indenter, *, force: Values, **options: Unpack[Options]
-) -> xr.Dataset: ...
+def indent(medium: Body, indenter: Indenter, *, force: Values, **options: Unpack[Options]) -> xr.Dataset: ...
 @overload
-def indent(
-    medium: Body | FreeLayer, indenter: Indenter, *, radius: Values, **options: Unpack[Options]
-) -> xr.Dataset: ...
+def indent(medium: Body, indenter: Indenter, *, radius: Values, **options: Unpack[Options]) -> xr.Dataset: ...
 @overload
 def indent(medium: Body, indenter: Indenter, *, depth: Values, **history: Unpack[History]) -> xr.Dataset: ...
 @overload
@@ -87,7 +81,7 @@ def indent(medium: Body, indenter: Indenter, *, force: Values, **history: Unpack
 @one_blas_thread()
 @refused_overflow()
 def indent(
-    medium: Body | FreeLayer,
+    medium: Body,
     indenter: Indenter,
     *,
     depth: Values | None = None,
@@ -170,9 +164,9 @@ def indent(
     large = finite_strain_place(finite_strain, medium, indenter, name)
     if large is not None and not (time is None and relaxation is None and work_of_adhesion is None):
         raise ValueError("finite_strain does not go with work_of_adhesion, time and relaxation; leave one of them out.")
-    if isinstance(medium, FreeLayer):
+    if loose := underlying(medium).free:
         others = {"work_of_adhesion": work_of_adhesion, "time": time, "relaxation": relaxation}
-        return on_free_layer(medium, indenter, given, chosen, angles, others)
+        return on_free_layer(loose, indenter, given, chosen, angles, others)
     if time is not None or relaxation is not None:
         if work_of_adhesion is not None:
             raise ValueError(

@@ -19,22 +19,7 @@ from flatpunch.contact.finite_strain.correction import overestimate
 from flatpunch.indenters import AreaFunction
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import (
-    AnyLayer,
-    Body,
-    FreeLayer,
-    GradedLayer,
-    HalfSpace,
-    Layer,
-    Medium,
-    RigidBase,
-    Solid,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-    TwoBodies,
-    underlying,
-)
-from flatpunch.media.transverse import contact_modulus
+from flatpunch.media import Body, underlying
 
 STEEPEST = np.tan(np.radians(30.0))
 """Mean inclination at the rim of a tip, and rms slope of a rough surface, above which a result has a note about small slopes."""
@@ -84,7 +69,7 @@ def cut_off(indenter: Indenter, contour: Array, phi: Array, depth: Array) -> tup
     )
 
 
-def judged(curve: Curve, medium: Body | FreeLayer, indenter: Indenter) -> Curve:
+def judged(curve: Curve, medium: Body, indenter: Indenter) -> Curve:
     """Return the curve with steps marked that are beyond the theory, and sentences that say why.
 
     `valid` is False where a number is not finite, the estimated error is as large as the force, a layer would be pressed
@@ -136,7 +121,7 @@ def judged(curve: Curve, medium: Body | FreeLayer, indenter: Indenter) -> Curve:
     return replace(curve, valid=valid & (through < 1), notes=notes)
 
 
-def _large_strains(curve: Curve, medium: Body | FreeLayer, indenter: Indenter, through: Array) -> tuple[str, ...]:
+def _large_strains(curve: Curve, medium: Body, indenter: Indenter, through: Array) -> tuple[str, ...]:
     """Whether layers are compressed or faces inclined by too much for linear theory, with the error where the table has it."""
     # compression of a layer over its thickness above which a note says that strains are no longer small
     notes = first_failure(
@@ -162,7 +147,7 @@ def _known(curve: Curve) -> Flags:
     return np.asarray((error < 1) | ~np.isfinite(error))
 
 
-def compression(medium: Body | FreeLayer, depth: Array, force: Array, radius: Array) -> Array:
+def compression(medium: Body, depth: Array, force: Array, radius: Array) -> Array:
     """Least compression of the layers over their thickness at contacts of shape (n,), the largest of all stacks from the surface.
 
     Zero without layers, and where nothing is known of what lies below.
@@ -183,35 +168,19 @@ def deepest(medium: Body) -> float:
     return max(depths, default=float("inf"))
 
 
-def _stacks(medium: Body | FreeLayer) -> Iterator[tuple[float, float]]:
+def _stacks(medium: Body) -> Iterator[tuple[float, float]]:
     """Thickness of all layers above each interface [m], and 1/E* of the softest body below it [1/Pa]."""
-    if isinstance(medium, FreeLayer):
-        yield medium.thickness, _softness_of(medium.base)
-        return
     body = underlying(medium)
-    if isinstance(body, TwoBodies):
-        below = [_softness_of(each) for each in body.elastic]
-        thickness = sum(each.thickness for each in body.elastic if isinstance(each, Medium))
+    if body.pair:
+        thickness = sum(each.thickness for each in body.elastic)
         if thickness > 0:
-            yield thickness, sum(below)
-    elif isinstance(body, Medium):
-        thickness = 0.0
-        for i, layer in enumerate(body.layers):
-            thickness += layer.thickness
-            yield thickness, max([_softness_of(body), *map(_softness_of, body.layers[i + 1 :])])
-
-
-def _softness_of(body: Solid | AnyLayer | RigidBase) -> float:
-    """1/E* of a body, of the base under layers; zero for what is rigid, infinite for what is not known."""
-    if isinstance(body, Medium):
-        return _softness_of(body.base)
-    if isinstance(body, RigidBase):
-        return 0.0
-    if isinstance(body, (HalfSpace, Layer, TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer)):
-        return 1 / body.surface_modulus
-    if isinstance(body, GradedLayer):
-        return float(np.max(1 / contact_modulus(body.plane_at(np.linspace(0.0, body.thickness, 100)))))
-    return float("inf")
+            yield thickness, sum(each.base.softest for each in body.elastic)
+        return
+    thickness = 0.0
+    ((_, stack),) = body.sides
+    for i, layer in enumerate(stack.layers):
+        thickness += layer.thickness
+        yield thickness, max(part.softest for part in stack.parts[i + 1 :])
 
 
 def _yield(curve: Curve) -> tuple[str, ...]:

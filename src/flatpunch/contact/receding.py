@@ -33,7 +33,7 @@ from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.profile import Moments
 from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import FreeLayer, HalfSpace
+from flatpunch.media import FreeLayer
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import edge_signs
 from flatpunch.punch.wavenumbers import spherical_bessel
@@ -134,7 +134,7 @@ class _Plate:
 def solve(medium: FreeLayer, indenter: Indenter, control: Control, phi: Array) -> Curve:
     """Round tips and flat punches at depths, forces or radii, with `base_radius` and the estimated error of the force."""
     h, modulus = medium.thickness, medium.surface_modulus
-    softness = modulus / medium.base.surface_modulus if isinstance(medium.base, HalfSpace) else 0.0
+    softness = modulus * medium.base.softest
     plate, finer = _Plate(softness), _Plate(softness, _MORE)
     depths = depths_held_down(medium, indenter, control)
     if indenter.flat:

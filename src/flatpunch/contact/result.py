@@ -16,7 +16,7 @@ from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.default import Choice
 from flatpunch.contact.limits import judged
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, FreeLayer
+from flatpunch.media import Body
 from flatpunch.media.tabulated import TabulatedMedium
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def check_outlines(angles: int, steps: int) -> None:
 
 
 def result_of(
-    curve: Curve, phi: Array, medium: Body | FreeLayer, indenter: Indenter, control: Control, choice: Choice
+    curve: Curve, phi: Array, medium: Body, indenter: Indenter, control: Control, choice: Choice
 ) -> xr.Dataset:
     """A solved curve as a dataset, judged, with what was solved in its attributes."""
     curve = judged(curve, medium, indenter)

@@ -10,13 +10,9 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 from flatpunch.compliance.stack import Side, layer_at
-from flatpunch.media import Body, ElasticBase, Medium, PowerLawHalfSpace, RigidBase, TwoBodies, underlying
+from flatpunch.media import Body, Stack, underlying
 
-__all__ = ["Layered", "Located", "Side", "Solid", "layer_at", "located"]
-
-Layered = ElasticBase | Medium
-
-Solid = Layered | PowerLawHalfSpace
+__all__ = ["Located", "Side", "layer_at", "located"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +21,7 @@ class Located:
 
     Attributes
     ----------
-    body : HalfSpace, TransverselyIsotropicHalfSpace, Medium or PowerLawHalfSpace
+    body : Stack
     chosen : ndarray of int, shape (n,)
         Which of all points these are.
     depth : ndarray, shape (n,)
@@ -36,7 +32,7 @@ class Located:
         Whether it is the upper of two bodies, whose depth runs against z.
     """
 
-    body: Solid
+    body: Stack
     chosen: Indices
     depth: Array
     layer: Indices
@@ -53,30 +49,31 @@ def located(medium: Body, z: Array, side: Side) -> list[Located]:
     """
     medium = underlying(medium)
     one_of("side", side, ("above", "below"), "It is the side of an interface on which points are taken.")
-    if not isinstance(medium, TwoBodies):
-        _inside(medium, z, z)
-        return [Located(medium, np.arange(z.size), z, layer_at(medium, z, side))]
+    if body := medium.single:
+        _inside(body, z, z)
+        return [Located(body, np.arange(z.size), z, layer_at(body, z, side))]
     in_upper = (z < 0) | ((z == 0) & (side == "above"))
     parts = []
     # seen from inside the upper body, above and below change places
     opposite: Side = "above" if side == "below" else "below"
-    for body, mine, sign, own in ((medium.upper, in_upper, -1, opposite), (medium.lower, ~in_upper, 1, side)):
+    chosen_by_body = ((in_upper, -1, opposite), (~in_upper, 1, side))
+    for (_, body), (mine, sign, own) in zip(medium.sides, chosen_by_body, strict=True):
         chosen = np.flatnonzero(mine)
         if chosen.size:
             depth = sign * z[chosen]
             _inside(body, depth, z[chosen])
-            assert not isinstance(body, RigidBase)
             parts.append(Located(body, chosen, depth, layer_at(body, depth, own), sign < 0))
     return parts
 
 
-def _inside(body: Solid | RigidBase, depth: Array, z: Array) -> None:
-    if isinstance(body, PowerLawHalfSpace) and body.exponent < 0 and (depth == 0).any():
+def _inside(body: Stack, depth: Array, z: Array) -> None:
+    law = body.power_law
+    if law and law.exponent < 0 and (depth == 0).any():
         raise ValueError(
-            f"z = 0 is the surface of a body whose modulus grows without bound towards it (exponent = {body.exponent:.6g}), so "
+            f"z = 0 is the surface of a body whose modulus grows without bound towards it (exponent = {law.exponent:.6g}), so "
             "that the stresses along it are infinite. Give depths > 0."
         )
-    if isinstance(body, RigidBase):
+    if body.rigid:
         raise BadValue(
             "z",
             f"{text(float(z[0]), 'm')}",
@@ -90,7 +87,7 @@ def _inside(body: Solid | RigidBase, depth: Array, z: Array) -> None:
             "is above the surface. z points into the material, z = 0 is the surface; only of two bodies the "
             "upper one is at z < 0.",
         )
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+    if body.base.rigid:
         outside = depth > body.thickness * (1 + ROUNDING)
         if outside.any():
             i = int(np.argmax(outside))

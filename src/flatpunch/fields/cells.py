@@ -26,7 +26,6 @@ from flatpunch.fields.axisymmetric.round_load import round_fields, turned
 from flatpunch.fields.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.fields.bodies import Located
 from flatpunch.fields.rectangle import normal_corner, shear_corner, summed
-from flatpunch.media import PowerLawHalfSpace
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,7 +213,7 @@ def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Ite
     start, limit = float(faces[layer]), float(faces[layer + 1])
     z = np.clip(z, start, limit)
     end = max(2 * start, (count or 0.5) * spacing)
-    if isinstance(at.body, PowerLawHalfSpace) and (z > 0).any():
+    if at.body.power_law and (z > 0).any():
         # stresses along the surface go like a power of depth, however far from the load
         # cell widths below the surface of a power-law half-space down from which depths are divided into octaves
         end = min(max(float(z[z > 0].min()), 1e-3 * spacing), end)

@@ -35,12 +35,12 @@ from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.fields.axisymmetric.contact_load import contact_load
 from flatpunch.fields.axisymmetric.layered import wavenumbers
 from flatpunch.fields.axisymmetric.ring_sources import RingSources
-from flatpunch.fields.bodies import Solid, layer_at
+from flatpunch.fields.bodies import layer_at
 from flatpunch.fields.cells import Cells
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.sources import CellSource, Nothing, RoundSource, Source
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, Medium, PowerLawHalfSpace, RigidBase, underlying
+from flatpunch.media import Body, Stack, underlying
 from flatpunch.numerics.gauss import gauss
 
 if TYPE_CHECKING:
@@ -106,10 +106,12 @@ def energy_by_depth(
     >>> print(f"{float(found.share[0]):.2f} of the energy is in the film")
     0.90 of the energy is in the film
     """
-    body = underlying(medium)
-    if not isinstance(body, Solid):
+    medium = underlying(medium)
+    body = medium.single
+    if not body:
+        kind = type(medium).__name__
         raise TypeError(
-            f"medium = {type(body).__name__} must be one Medium, HalfSpace or PowerLawHalfSpace to divide its energy by layer."
+            f"medium = {kind} must be one Medium, HalfSpace or PowerLawHalfSpace to divide its energy by layer."
         )
     kernel = compliance(medium)
     given = {"depth": depth, "force": force, "radius": radius}
@@ -124,7 +126,7 @@ def energy_by_depth(
         load, total = _load(kernel, indenter, source, solved["depth"])
         _check_depths(below, load, body)
         at, wanted = (_below(body, load, depths) for depths in (faces, below))
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+    if body.base.rigid:
         at[-1] = 0.0
     energy = -np.diff(np.concatenate([[total], at, [0.0]]))
     columns: dict[str, Column] = {
@@ -229,7 +231,7 @@ def _load(kernel: Kernel, indenter: Indenter, source: Source, depth: float) -> t
     return _OnCells(cells), float((cells.pressure[loaded] * follows).sum() * cells.spacing**2 / 2)
 
 
-def _check_depths(z: Array, load: _Transformed, body: Solid) -> None:
+def _check_depths(z: Array, load: _Transformed, body: Stack) -> None:
     shallow = z < load.shallowest
     if shallow.any():
         i = int(np.argmax(shallow))
@@ -239,7 +241,7 @@ def _check_depths(z: Array, load: _Transformed, body: Solid) -> None:
             f"is less than {text(float(load.shallowest), 'm')}, the smallest depth that is resolved under this "
             "contact; the energy below it is almost that of the whole body. Give larger depths.",
         )
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase) and (z > body.thickness).any():
+    if body.base.rigid and (z > body.thickness).any():
         raise ValueError(f"z has depths inside the rigid base, which begins at {text(body.thickness, 'm')}.")
 
 
@@ -275,17 +277,16 @@ def _of_edge(kernel: Kernel, indenter: Indenter, radius: float, depth: float) ->
     return whole + force * (depth - first) + stiffness * (depth - first) ** 2 / 2
 
 
-def _below(body: Solid, load: _Transformed, z: Array) -> Array:
+def _below(body: Stack, load: _Transformed, z: Array) -> Array:
     """Energy below depths [J], shape of z."""
     result = np.zeros(z.size)
     layer = layer_at(body, z, "above")
-    thickness = body.thickness if isinstance(body, Medium) else 0.0
     for i in range(z.size):
         # k times the depth at which integrals end
         reached = float(attenuation(body, z[i : i + 1])[0])
-        k, weight = wavenumbers(40.0 / reached / 2, 2 * load.radius, max(load.radius, thickness))
-        if isinstance(body, PowerLawHalfSpace):
-            waves = power_law_waves(body, k, z[i : i + 1])
+        k, weight = wavenumbers(40.0 / reached / 2, 2 * load.radius, max(load.radius, body.thickness))
+        if law := body.power_law:
+            waves = power_law_waves(law, k, z[i : i + 1])
         else:
             waves = waves_at(body, k, z[i : i + 1], layer[i : i + 1], shear=False)
         u_l, u_z, s_lz, s_zz, _, _ = waves.normal[..., 0]

@@ -30,13 +30,13 @@ from flatpunch._version import __version__
 from flatpunch.compliance import compliance
 from flatpunch.contact import Method, MethodName
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.fields.bodies import Layered, Located, Side, Solid, located
+from flatpunch.fields.bodies import Located, Side, located
 from flatpunch.fields.contact_sources import contact_of, contact_sources
 from flatpunch.fields.invariants import principal, von_mises
 from flatpunch.fields.loads import Load
 from flatpunch.fields.sources import Source, prescribed_sources
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, Medium, underlying
+from flatpunch.media import Body, Stack, underlying
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -192,8 +192,8 @@ def _at_singular_points(points: Array, stress: Array) -> str:
     )
 
 
-def _slides(body: Solid) -> bool:
-    return isinstance(body, Medium) and not all(layer.bonded for layer in body.layers)
+def _slides(body: Stack) -> bool:
+    return not all(layer.face for layer in body.layers)
 
 
 def evaluate(
@@ -232,12 +232,12 @@ def residual_stresses(medium: Body, given: Sequence[float] | None) -> Array | No
     """Biaxial stress of each layer and the base, shape (layers + 1,)."""
     if given is None:
         return None
-    body = underlying(medium)
-    if not isinstance(body, Layered):
+    body = underlying(medium).single
+    if not body or body.power_law:
         raise ValueError(
             "residual_stress goes with one Medium or HalfSpace; of other bodies add it to xx and yy of the result."
         )
-    layers = len(body.layers) if isinstance(body, Medium) else 0
+    layers = len(body.layers)
     stresses = values("residual_stress", given, minimum=-np.inf, unit="Pa", smallest=0.0)
     if stresses.size not in (layers, layers + 1):
         raise ValueError(

@@ -20,7 +20,6 @@ from flatpunch.contact.curve import Control
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import mean_contact
-from flatpunch.fields.bodies import Layered
 from flatpunch.fields.contact_sources import contact_of, solved
 from flatpunch.fields.failure.equal_area import counted_by
 from flatpunch.fields.failure.events import Event, Judged
@@ -29,7 +28,7 @@ from flatpunch.fields.failure.round import RoundSearch
 from flatpunch.fields.failure.strength import Strength
 from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, Medium, RigidBase, Solid, TwoBodies, underlying
+from flatpunch.media import Body, underlying
 
 BULK = {"yield": "von_mises", "tensile": "tension", "shear": "shear"}
 INTERFACE = {"interface tension": "interface_tension", "interface shear": "interface_shear"}
@@ -136,24 +135,24 @@ def peak_stresses(
     return dataset(columns, coordinates, attributes)
 
 
-def _bodies(medium: Solid, residual: Any) -> tuple[Judged, ...]:
+def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
     """All elastic bodies with strengths of 1 Pa."""
-    if isinstance(medium, TwoBodies):
+    body = medium.single
+    if not body:
         pair = (None, None) if residual is None else residual
         if len(pair) != 2:
             raise TypeError(
                 "residual_stress must be a pair for two bodies: that of the upper and of the lower one, or None."
             )
-        named = zip(("upper", "lower"), (medium.upper, medium.lower), pair, strict=True)
-        return tuple(
-            replace(_bodies(body, own)[0], name=name) for name, body, own in named if not isinstance(body, RigidBase)
-        )
-    layers = len(medium.layers) if isinstance(medium, Medium) else 0
-    rigid = isinstance(medium, Medium) and isinstance(medium.base, RigidBase)
+        named = zip(medium.sides, pair, strict=True)
+        return tuple(replace(_bodies(side, own)[0], name=name) for (name, side), own in named if not side.rigid)
+    layers = len(body.layers)
     bulk = Strength(yield_stress=1.0, tensile=1.0, shear=1.0)
-    strengths = (replace(bulk, interface_tension=1.0, interface_shear=1.0),) * layers + (Strength() if rigid else bulk,)
-    own = residual_stresses(medium, residual) if isinstance(medium, Layered) or residual is not None else None
-    return (Judged(medium, strengths, np.zeros(layers + 1) if own is None else own),)
+    strengths = (replace(bulk, interface_tension=1.0, interface_shear=1.0),) * layers + (
+        Strength() if body.base.rigid else bulk,
+    )
+    own = residual_stresses(body, residual)
+    return (Judged(body, strengths, np.zeros(layers + 1) if own is None else own),)
 
 
 def _columns(

@@ -33,7 +33,7 @@ from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
 from flatpunch.files.units import decimal_point
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, FreeLayer
+from flatpunch.media import Body
 from flatpunch.media.relaxation import Relaxation
 
 
@@ -163,7 +163,7 @@ class CaseTable(ContactTable):
         whole("angles", self.angles, 8, "The outline is sampled at that many polar angles.", most=ANGLES)
         medium: Any = pressed(self.layers, self.base, self.upper, self.lower)
         self._check_what_is_prescribed()
-        if isinstance(medium, FreeLayer):
+        if medium.free:
             others = {
                 name: getattr(self, name)
                 for name in ("work_of_adhesion", "relaxation", "stress", "design", "finite_strain")
@@ -177,7 +177,7 @@ class CaseTable(ContactTable):
         method = self._method()
         stress = None if self.stress is None else self.stress.built
         indenter = self.indenter.built
-        if isinstance(medium, FreeLayer):
+        if medium.free:
             given = {name: steps if name == control else None for name in ("depth", "force", "radius")}
             depths_held_down(medium, indenter, control_from(**given))
         place_in_table(law, medium, indenter, control)

@@ -22,7 +22,7 @@ from flatpunch.files.cases import Case
 from flatpunch.files.tables.design import DesignCase
 from flatpunch.files.units import text
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, FreeLayer, Interface, Medium, TwoBodies, underlying
+from flatpunch.media import Body, Stack
 from flatpunch.media.interface import in_words
 from flatpunch.punch.matrix import sufficient_terms
 
@@ -143,7 +143,7 @@ def _expected(case: Case, choice: Choice) -> str:
 def _cost(case: Case, choice: Choice) -> tuple[float, float]:
     """Memory that solving takes at most [bytes], and its time to an order of magnitude [s]."""
     steps = case.values.size
-    layers = sum(len(body.layers) for body in _bodies(case.medium) if isinstance(body, Medium))
+    layers = sum(len(body.layers) for _, body in case.medium.sides)
     # bytes: 200 MB of program and libraries, and the outlines while they are made
     memory = 200e6 + 4 * np.dtype(float).itemsize * steps * case.angles
     seconds = 0.1 + 0.01 * layers + 1e-4 * steps + _graded_seconds(case)
@@ -174,7 +174,7 @@ def _design(case: Case, design: DesignCase, solving: float) -> str:
 
 def _graded_seconds(case: Case) -> float:
     """Time for a graded surface, which grows with the square of the number of terms: steep gradings need many."""
-    if isinstance(case.medium, FreeLayer):
+    if case.medium.free:
         return 0.0
     kernel = compliance(case.medium)
     if not kernel.graded:
@@ -190,11 +190,6 @@ def takes(memory: float, seconds: float) -> str:
 
 def _duration(seconds: float) -> str:
     return next((said for limit, said in _TIMES if seconds < limit), "hours")
-
-
-def _bodies(medium: Body) -> tuple[object, ...]:
-    medium = underlying(medium)
-    return (medium.upper, medium.lower) if isinstance(medium, TwoBodies) else (medium,)
 
 
 def describe_sample(
@@ -228,18 +223,20 @@ def describe_sample(
 
 def describe_bodies(medium: Body) -> Iterator[str]:
     """Yield the lines about what the indenter is pressed into."""
-    bodies = [("Upper", medium.upper), ("Lower", medium.lower)] if isinstance(medium, TwoBodies) else [("Body", medium)]
-    for name, body in bodies:
-        yield from _body(name, body)
+    if medium.free:
+        yield f"Body      {words(medium)}"
+        return
+    for name, body in medium.sides:
+        yield from _body(name.title() or "Body", body)
 
 
-def _body(name: str, body: object) -> Iterator[str]:
-    if not isinstance(body, Medium):
-        yield f"{name:<9} {words(body)}"
+def _body(name: str, body: Stack) -> Iterator[str]:
+    if not body.layers:
+        yield f"{name:<9} {words(body.base)}"
         return
     for i, layer in enumerate(body.layers):
         below = "bonded to" if layer.bonded else "sliding without friction on"
-        if isinstance(layer.bonded, Interface):
+        if layer.bonded not in (True, False):
             below = f"on {in_words(layer.bonded)}, on"
         layer_words = words(layer, skip=("bonded",))
         yield f"{name if i == 0 else '':<9} {layer_words}, {below} {'the next layer' if i + 1 < len(body.layers) else 'the base'}"

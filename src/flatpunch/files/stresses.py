@@ -16,7 +16,7 @@ from flatpunch.files.cases import Case
 from flatpunch.files.tables.stress import StressCase
 from flatpunch.files.units import text
 from flatpunch.indenters.profile import NotRising
-from flatpunch.media import Medium, RigidBase, underlying
+from flatpunch.media import underlying
 from flatpunch.punch import UnresolvedLayer
 
 if TYPE_CHECKING:
@@ -120,10 +120,10 @@ def _extent(case: Case, contact: Plain) -> tuple[float, float]:
         raise ValueError(
             "the last step has no contact, so there are no stresses to show. Give a larger depth or force."
         )
-    body = underlying(case.medium)
-    thickness = body.thickness if isinstance(body, Medium) else 0.0
+    body = underlying(case.medium).single
+    thickness = body.thickness if body else 0.0
     deep = max(2.5 * radius, min(1.5 * thickness, 10 * radius))
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+    if body and body.base.rigid:
         deep = min(deep, thickness)
     return 3 * radius, deep
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -27,10 +28,12 @@ from flatpunch.fit.report.quantities import label, unit_of
 from flatpunch.fit.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Relaxation
-from flatpunch.parallel.interruption import left_to_parent, unheard_by_children
+from flatpunch.parallel.calls import map_calls
+from flatpunch.parallel.work import Missing
+from flatpunch.parallel.worker import processes
 
 _CHUNK = 16
-"""Curves that are fitted side by side, and between two reports of progress."""
+"""Curves between two reports of progress, whose records are kept in one file."""
 _SHOWN = 20
 """Curves that a batch shows as a table."""
 
@@ -228,46 +231,48 @@ def fit_rows(
     """Records of fits, chunk by chunk, in order; those kept in `records` are not made again. See `fit_batch`."""
     model_of(sample, free, settings.method, settings.finite_strain)
     job = _Job(sample, free, settings, dict(reading or {}))
-    if records is None:
-        yield from _in_parallel(job, items, workers)
-        return
-    keys = keys_of(items, sample, free, settings, job.reading)
-    known = {i: records.known[key] for i, key in enumerate(keys) if key in records.known}
-    records.reused = len(known)
+    keys = [None] * len(items) if records is None else keys_of(items, sample, free, settings, job.reading)
+    known = {} if records is None else {i: records.known[key] for i, key in enumerate(keys) if key in records.known}
     missing = [i for i in range(len(items)) if i not in known]
+    if records is not None:
+        records.reused = len(known)
+    fresh: list[int] = []
     place = 0
-    for made in _in_parallel(job, [items[i] for i in missing], workers):
-        now, missing = missing[: len(made)], missing[len(made) :]
-        records.keep([keys[i] for i in now], made)
-        known |= zip(now, made, strict=True)
-        end = missing[0] if missing else len(items)
-        yield [known[i] for i in range(place, end)]
-        place = end
-    if place < len(items):
-        yield [known[i] for i in range(place, len(items))]
 
+    def keep() -> None:
+        if records is not None:
+            records.keep([keys[i] for i in fresh], [known[i] for i in fresh])
+        fresh.clear()
 
-def _in_parallel(job: _Job, items: Sequence[Curve | Place], workers: int | None) -> Iterator[list[Plain]]:
-    """Records of all items, chunk by chunk, in order."""
-    count = workers if workers is not None else min(cores(), 1 + len(items) // 64)
-    chunks = (items[i : i + _CHUNK] for i in range(0, len(items), _CHUNK))
-    # the first chunk is done here: its tables are inherited where processes fork
-    first = next(chunks, ())
-    if first:
-        yield job.run(first)
-    if count <= 1 or len(items) <= _CHUNK:
-        yield from map(job.run, chunks)
-        return
-    from concurrent.futures import ProcessPoolExecutor
+    def ready() -> list[Plain]:
+        nonlocal place
+        start, place = place, next((i for i in range(place, len(items)) if i not in known), len(items))
+        return [known[i] for i in range(start, place)]
 
-    pool = ProcessPoolExecutor(count, initializer=left_to_parent)
     try:
-        with unheard_by_children():
-            found = pool.map(job.run, chunks)
-        yield from found
+        for made in _fitted(job, [items[i] for i in missing], workers):
+            known |= {missing[i]: row for i, row in made}
+            fresh.extend(missing[i] for i, _ in made)
+            if len(fresh) >= _CHUNK:
+                keep()
+                if rows := ready():
+                    yield rows
+    except KeyboardInterrupt:
+        yield [known[i] for i in range(place, len(items)) if i in known]
+        raise
     finally:
-        # after an interrupt nobody waits for what has not begun
-        pool.shutdown(cancel_futures=True)
+        # what was fitted is kept, whatever ends the run
+        keep()
+    if rows := ready():
+        yield rows
+
+
+def _fitted(job: _Job, items: Sequence[Curve | Place], workers: int | None) -> Iterator[list[tuple[int, Plain]]]:
+    """Records as they are made, here and in worker processes, each with the index of its item."""
+    count = min(workers if workers is not None else min(cores(), 1 + len(items) // 64), len(items))
+    team = processes(count - 1) if count > 1 else None
+    for made in map_calls(job.one, items, team, here=job.one):
+        yield [(i, job.lost(items[i], row) if isinstance(row, Missing) else row) for i, row in made]
 
 
 @dataclass(frozen=True)
@@ -279,28 +284,35 @@ class _Job:
     settings: Settings
     reading: Plain
 
-    def run(self, items: Sequence[Curve | Place]) -> list[Plain]:
-        """Records of some items."""
-        model = model_of(self.sample, self.free, self.settings.method, self.settings.finite_strain)
-        return [self._one(*self._opened(item), model) for item in items]
+    def one(self, item: Curve | Place) -> Plain:
+        """Record of a curve."""
+        return self._one(*self._opened(item))
+
+    @cached_property
+    def _model(self) -> Model:
+        return model_of(self.sample, self.free, self.settings.method, self.settings.finite_strain)
+
+    def lost(self, item: Curve | Place, missing: Missing) -> Plain:
+        """Record of a curve that worker processes did not survive."""
+        return {**_origin(item), "ok": False, "reason": missing.reason}
 
     def _opened(self, item: Curve | Place) -> tuple[Plain, Curve | Exception]:
         """Where a curve comes from, and the curve or what is wrong with it."""
-        if isinstance(item, Curve):
-            return {"curve": item.name}, item
         origin = _origin(item)
+        if isinstance(item, Curve):
+            return origin, item
         try:
             return origin, self._read(item, origin["curve"])
         except Exception as error:
             return origin, error
 
-    def _one(self, origin: Plain, curve: Curve | Exception, model: Model) -> Plain:
+    def _one(self, origin: Plain, curve: Curve | Exception) -> Plain:
         place: dict[str, float] = {}
         try:
             if isinstance(curve, Exception):
                 raise curve
             place = _position(curve)
-            result = fit_model(curve, model, self.free, self.settings)
+            result = fit_model(curve, self._model, self.free, self.settings)
         except Exception as error:
             # whatever is wrong with one curve must not cost the others
             known = isinstance(error, (ValueError, TypeError, OSError))
@@ -314,8 +326,10 @@ class _Job:
         return replace(read_curve(place.path, **{**self.reading, "index": place.index}), name=name)
 
 
-def _origin(place: Place) -> Plain:
-    return {"curve": place.name, "file": place.path.name, "index": place.index or 0}
+def _origin(item: Curve | Place) -> Plain:
+    if isinstance(item, Curve):
+        return {"curve": item.name}
+    return {"curve": item.name, "file": item.path.name, "index": item.index or 0}
 
 
 def _position(curve: Curve) -> dict[str, float]:

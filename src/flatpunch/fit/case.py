@@ -54,6 +54,7 @@ from flatpunch.fit.report.result import FitResult
 from flatpunch.fit.together import Measured
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace, Relaxation
+from flatpunch.media.material import young_and_poisson
 
 DRIFTING = "layers[0].young"
 """What `drift` follows over the depth."""
@@ -325,7 +326,7 @@ def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]
         raise ValueError(f"--drift shows {DRIFTING}, which is not fitted in this case.")
     _, top = layer_on_top(case.medium)
     layered = fit_ranges(curve, case.medium, case.indenter, case.free, **case.arguments)
-    body = HalfSpace(top.young, top.poisson)
+    body = HalfSpace(*young_and_poisson(top))
     return layered, fit_ranges(curve, body, case.indenter, ["base.young"], **case.arguments)
 
 

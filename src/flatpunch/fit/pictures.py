@@ -16,6 +16,7 @@ from flatpunch.fit.distributions import bars
 from flatpunch.fit.half_space.formulas import layer_on_top
 from flatpunch.fit.report.quantities import axis_label, unit_of
 from flatpunch.fit.report.quantities import label as label_of
+from flatpunch.media.material import young_and_poisson
 from flatpunch.plots.style import (
     BLUE,
     GREY,
@@ -282,7 +283,7 @@ def _film(result: FilmResult, axes: Axes) -> None:
     styles = (":", "-.", (0, (1, 3)), (0, (5, 5)), (0, (3, 1)))
     known = {name: young for name, (young, _) in result.others.items() if np.isfinite(young)}
     for (name, young), style in zip(known.items(), styles, strict=False):
-        poisson = layer_on_top(result.case)[1].poisson
+        poisson = young_and_poisson(layer_on_top(result.case)[1])[1]
         axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=THIN, ls=style, label=f"film, {name}")
     axes.set_xlabel(f"contact depth $h_c$ ({x_unit})")
     axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")

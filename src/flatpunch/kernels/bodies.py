@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from flatpunch.media import Body, HalfSpace, Medium, PowerLawHalfSpace, TransverselyIsotropicHalfSpace, TwoBodies
+    from flatpunch.media import AnyLayer, Body, Medium
 
 Tuples = tuple[Sequence[Sequence[float]], Sequence[float] | None]
 """Layers from the surface down and the base, as plain tuples."""
 
 
-def body_of(
-    medium: Body | Tuples,
-) -> HalfSpace | TransverselyIsotropicHalfSpace | Medium | PowerLawHalfSpace | TwoBodies:
+def body_of(medium: Body | Tuples) -> Body:
     """The body of an object or of tuples ((layer, ...), base), checked."""
     from flatpunch.compliance import compliance
     from flatpunch.media import underlying
@@ -41,7 +39,7 @@ def _from_tuples(given: Any) -> Medium:
     )
     if len(given) != 2 or not isinstance(given[0], (tuple, list)):
         raise TypeError(f"medium has {len(given)} entries. {form}")
-    layers: list[Layer | TransverselyIsotropicLayer] = []
+    layers: list[AnyLayer] = []
     for i, layer in enumerate(given[0]):
         size = len(layer) if isinstance(layer, (tuple, list)) else 0
         if size not in (3, 4, 6, 7):

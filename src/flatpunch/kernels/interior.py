@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from flatpunch._support.checks import Array, Indices
     from flatpunch.compliance.depth import Waves
     from flatpunch.compliance.stack import Side
-    from flatpunch.media import Body, ElasticBase, Medium, PowerLawHalfSpace
+    from flatpunch.media import Body, Stack
     from flatpunch.numerics.chebyshev import Numbers
 
 
@@ -58,10 +58,9 @@ def interior(
     -1.0 -0.736
     """
     from flatpunch._support.checks import values
-    from flatpunch.media import TwoBodies
 
-    body = body_of(medium)
-    if isinstance(body, TwoBodies):
+    body = body_of(medium).single
+    if not body:
         raise TypeError("medium is TwoBodies; `interior` takes each of them by itself.")
     (x, y), magnitude = wave_vectors(qx=qx, qy=qy)
     depths = values("z", z, unit="m")
@@ -75,20 +74,19 @@ def interior(
     return displacement.reshape(*shape, 3, 3), stress.reshape(*shape, 6, 3)
 
 
-def _waves(body: ElasticBase | Medium | PowerLawHalfSpace, k: Array, z: Array, side: Side) -> Waves:
+def _waves(body: Stack, k: Array, z: Array, side: Side) -> Waves:
     from flatpunch._support.checks import ROUNDING
     from flatpunch._support.kinds import one_of
     from flatpunch._support.prefixes import text
     from flatpunch.compliance.depth import waves_at
     from flatpunch.compliance.power_law_depth import power_law_waves
     from flatpunch.compliance.stack import layer_at
-    from flatpunch.media import Medium, PowerLawHalfSpace, RigidBase
 
     one_of("side", side, ("above", "below"), "It is the side of an interface on which depths are taken.")
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase) and (z > body.thickness * (1 + ROUNDING)).any():
+    if body.base.rigid and (z > body.thickness * (1 + ROUNDING)).any():
         raise ValueError(f"z has depths inside the rigid base, which begins at {text(body.thickness, 'm')}.")
-    if isinstance(body, PowerLawHalfSpace):
-        return power_law_waves(body, k, z)
+    if law := body.power_law:
+        return power_law_waves(law, k, z)
     return waves_at(body, k, z, layer_at(body, z, side))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
-    from flatpunch.media import Medium, PowerLawHalfSpace, Solid, TwoBodies
+    from flatpunch.media import AnyLayer, Body, PowerLawHalfSpace
 
 _POINTS = 8
 """Nodes of a polynomial."""
@@ -35,25 +35,24 @@ class Radial(NamedTuple):
     coupling: Array
 
 
-def radial_compliance(body: Solid, k: Array) -> Radial:
+def radial_compliance(body: Body, k: Array) -> Radial:
     """The four functions at wavenumbers k > 0, shape (n,) each."""
     from flatpunch.compliance.surface import surface_flexibility
-    from flatpunch.media import PowerLawHalfSpace, TwoBodies
 
-    if isinstance(body, TwoBodies):
+    stack = body.single
+    if not stack:
         return _of_pair(body, k)
-    if isinstance(body, PowerLawHalfSpace):
-        return _of_power_law(body, k)
-    along, across = surface_flexibility(body, k)
+    if law := stack.power_law:
+        return _of_power_law(law, k)
+    along, across = surface_flexibility(stack, k)
     return Radial(-along[1, 1] / k, -along[0, 0] / k, -across / k, along[0, 1] / k)
 
 
-def _of_pair(pair: TwoBodies, k: Array) -> Radial:
-    from flatpunch.media import RigidBase
-
+def _of_pair(pair: Body, k: Array) -> Radial:
     total = Radial(*np.zeros((4, k.size)))
-    for body, sign in ((pair.lower, 1), (pair.upper, -1)):
-        if not isinstance(body, RigidBase):
+    for name, body in reversed(pair.sides):
+        sign = -1 if name == "upper" else 1
+        if not body.rigid:
             n, a, c, d = radial_compliance(body, k)
             # the upper body's z runs the other way, which turns the sign of the coupling
             total = Radial(total.normal + n, total.along + a, total.across + c, total.coupling + sign * d)
@@ -75,42 +74,28 @@ def _of_power_law(body: PowerLawHalfSpace, k: Array) -> Radial:
     return Radial(np.asarray(compliance(body)(k)), -shear[0] / k, -across[0] / k, -normal[0] / k)
 
 
-def at_zero(body: Solid) -> tuple[float, float]:
+def at_zero(body: Body) -> tuple[float, float]:
     """C_zz and C_xx of a uniform traction, infinite where it is carried by nothing that limits the displacement."""
-    from flatpunch.media import Medium, RigidBase, TwoBodies
-
-    if isinstance(body, TwoBodies):
-        each = [at_zero(part) for part in body.elastic]
-        return sum(normal for normal, _ in each), sum(along for _, along in each)
-    if not (isinstance(body, Medium) and isinstance(body.base, RigidBase)):
+    if not all(side.base.rigid for side in body.elastic):
         return np.inf, np.inf
     total = np.zeros(2)
-    for i in range(len(body.layers)):
-        total += _of_layer(body, i)
+    for layer in (layer for side in body.elastic for layer in side.layers):
+        total += _of_layer(layer)
     return float(total[0]), float(total[1])
 
 
-def _of_layer(body: Medium, i: int) -> Array:
+def _of_layer(layer: AnyLayer) -> Array:
     """Thickness over C33 and over C44 of a layer and its lower face."""
-    from flatpunch.compliance.stack import plane_at
-    from flatpunch.media import GradedLayer, Interface
-
-    layer = body.layers[i]
-    top = sum((each.thickness for each in body.layers[:i]), 0.0)
-    edges = [0.0, *(layer.breaks if isinstance(layer, GradedLayer) else ()), layer.thickness]
+    edges = [0.0, *layer.breaks, layer.thickness]
     # Gauss nodes between breaks of a law, which is smooth there
     x, w = np.polynomial.legendre.leggauss(40)
     found: Array = np.zeros(2)
     for low, high in pairwise(edges):
         z = low + (high - low) * (1 + x) / 2
-        plane = plane_at(body, top + z, np.full(z.size, i))
+        plane = layer.plane_at(z)
         found += (high - low) / 2 * np.array([w @ plane.oedometric, w @ plane.shear])
-    if isinstance(layer.bonded, Interface):
-        along, across = layer.bonded.softness
-        found += across, along
-        return found
-    if not layer.bonded:
-        found[1] = np.inf
+    along, across = layer.face.softness
+    found += across, along
     return found
 
 
@@ -127,7 +112,7 @@ class Table:
         Largest error, relative to each diagonal entry, and of d to the root of a and n.
     """
 
-    def __init__(self, body: Solid, low: float, high: float, rtol: float) -> None:
+    def __init__(self, body: Body, low: float, high: float, rtol: float) -> None:
         start, end = np.log(low), np.log(high)
         count = max(_POINTS, int(np.ceil((end - start) / _SPACING)) + 1)
         s = np.linspace(start, end, count)
@@ -168,7 +153,7 @@ class Table:
         return found
 
 
-def _smooth(body: Solid, s: Array) -> Array:
+def _smooth(body: Body, s: Array) -> Array:
     """Logarithms of k n, k a and k c, and d over the root of n and a, at s = ln k; shape (4, n)."""
     k = np.exp(s)
     n, a, c, d = radial_compliance(body, k)

@@ -14,7 +14,7 @@ from flatpunch.kernels.vectors import wave_vectors
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
-    from flatpunch.media import Body, Solid
+    from flatpunch.media import Body
     from flatpunch.numerics.chebyshev import Numbers
 
 _DIRECT = 4000
@@ -178,7 +178,7 @@ def _matrices(
     return result.reshape(*shape, 3, 3)
 
 
-def _functions(body: Solid, q: Array, rtol: float) -> Callable[[Array], Radial]:
+def _functions(body: Body, q: Array, rtol: float) -> Callable[[Array], Radial]:
     """Callable: magnitudes of a part of the wave vectors -> Radial."""
     if rtol > 0 and q.size > _DIRECT:
         present = q[q > 0]

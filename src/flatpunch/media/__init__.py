@@ -1,35 +1,37 @@
 """Elastic bodies as data: layers, bases, media. No wavenumbers and no contact here."""
 
-from flatpunch.media.bodies import AnyLayer, ElasticBase, HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media.bodies import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.media.formula import Formula
 from flatpunch.media.free_layer import FreeLayer
 from flatpunch.media.graded import GradedLayer
 from flatpunch.media.homogenised import homogenised
 from flatpunch.media.interface import Interface
 from flatpunch.media.laws import Constant, DepthTable, ExponentialModulus, LinearModulus, PowerModulus
+from flatpunch.media.material import AnyLayer, Homogeneous, Isotropic, Material
 from flatpunch.media.power_law import PowerLawHalfSpace
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
-from flatpunch.media.tabulated import PunchSolution, Solid, TabulatedMedium, underlying
+from flatpunch.media.stack import Base, Body, Stack
+from flatpunch.media.tabulated import PunchSolution, TabulatedMedium, underlying
 from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
 from flatpunch.media.two_bodies import TwoBodies
 
-Body = Solid | TabulatedMedium
-"""What an indenter can be pressed into."""
-
 __all__ = [
     "AnyLayer",
+    "Base",
     "Body",
     "Constant",
     "DepthTable",
-    "ElasticBase",
     "ExponentialModulus",
     "Formula",
     "FreeLayer",
     "GradedLayer",
     "HalfSpace",
+    "Homogeneous",
     "Interface",
+    "Isotropic",
     "Layer",
     "LinearModulus",
+    "Material",
     "Medium",
     "PowerLawHalfSpace",
     "PowerLawRelaxation",
@@ -38,7 +40,7 @@ __all__ = [
     "PunchSolution",
     "Relaxation",
     "RigidBase",
-    "Solid",
+    "Stack",
     "StandardLinearSolid",
     "TabulatedMedium",
     "TransverselyIsotropicHalfSpace",

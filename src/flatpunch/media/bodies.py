@@ -7,33 +7,29 @@ are frozen, validated once, and hashable, so that solutions can be cached by the
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import islice
+from math import inf, nan
+from typing import Any
+
+import numpy as np
 
 from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import BadValue, poisson_ratio, positive, shown
+from flatpunch._support.checks import Array, BadValue, poisson_ratio, positive, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
-from flatpunch.media.graded import CONTRAST, GradedLayer
+from flatpunch.media.graded import CONTRAST
 from flatpunch.media.interface import Interface, in_words, lower_face
-from flatpunch.media.transverse import (
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-    constants_of,
-    summary,
-)
+from flatpunch.media.material import AnyLayer, Isotropic
+from flatpunch.media.plane import Plane
+from flatpunch.media.stack import Base, Stack
 
 _ORDER = "Layers run from the free surface down; what lies below them all is the base."
 
 
-def plane_strain_modulus(young: float, poisson: float) -> float:
-    """Plane-strain modulus E* = E/(1 - nu^2) [Pa]."""
-    return young / (1 - poisson**2)
-
-
 @readable
 @dataclass(frozen=True, slots=True)
-class Layer:
+class Layer(Isotropic, AnyLayer):
     """Homogeneous isotropic elastic layer.
 
     Parameters
@@ -75,15 +71,14 @@ class Layer:
         object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER, unit="m"))
         object.__setattr__(self, "bonded", lower_face("Layer.bonded", self.bonded))
 
-    @property
-    def surface_modulus(self) -> float:
-        """Plane-strain modulus E* at the upper face [Pa]."""
-        return plane_strain_modulus(self.young, self.poisson)
+    def times(self, factor: float) -> Layer:
+        """The same with Young's modulus multiplied by a factor."""
+        return replace(self, young=factor * self.young)
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class HalfSpace:
+class HalfSpace(Isotropic, Base):
     """Homogeneous isotropic elastic half-space; a body by itself or the base under layers.
 
     Parameters
@@ -111,20 +106,14 @@ class HalfSpace:
         object.__setattr__(self, "young", positive("HalfSpace.young", self.young, unit="Pa"))
         object.__setattr__(self, "poisson", poisson_ratio("HalfSpace.poisson", self.poisson))
 
-    @property
-    def surface_modulus(self) -> float:
-        """Plane-strain modulus E* [Pa]."""
-        return plane_strain_modulus(self.young, self.poisson)
-
-    @property
-    def length(self) -> float:
-        """Own length l [m]: infinite, a half-space has none."""
-        return float("inf")
+    def times(self, factor: float) -> HalfSpace:
+        """The same with Young's modulus multiplied by a factor."""
+        return replace(self, young=factor * self.young)
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class RigidBase:
+class RigidBase(Base):
     """Rigid foundation. The lowest layer sticks to it or slides on it, as that layer's `bonded` says.
 
     See Also
@@ -138,15 +127,41 @@ class RigidBase:
     1e-06
     """
 
+    @property
+    def rigid(self) -> bool:
+        """True."""
+        return True
 
-AnyLayer = Layer | GradedLayer | TransverselyIsotropicLayer
+    @property
+    def plane(self) -> Plane[float]:
+        """Coefficients of plane strain: no number."""
+        return Plane(nan, nan, nan, nan, nan)
 
-ElasticBase = HalfSpace | TransverselyIsotropicHalfSpace
+    @property
+    def surface_modulus(self) -> float:
+        """Infinite [Pa]."""
+        return inf
+
+    def plane_at(self, z: Array) -> Plane[Array]:
+        """No number at any depth: a rigid body has no stresses."""
+        return Plane(*(np.full(np.shape(z), nan) for _ in Plane._fields))
+
+    def slopes_at(self, z: Array) -> dict[str, Plane[Any]]:
+        """Empty: it has no constants."""
+        return {}
+
+    def times(self, factor: float) -> RigidBase:
+        """Itself."""
+        return self
+
+    def elasticity(self) -> tuple[str, str]:
+        """Rigid."""
+        return "rigid", ""
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Medium:
+class Medium(Stack):
     """Stack of layers on a base.
 
     Parameters
@@ -171,67 +186,61 @@ class Medium:
     """
 
     layers: tuple[AnyLayer, ...]
-    base: ElasticBase | RigidBase
+    base: Base
 
-    def __init__(self, layers: Iterable[AnyLayer] = (), base: ElasticBase | RigidBase | None = None) -> None:
+    def __init__(self, layers: Iterable[AnyLayer] = (), base: Base | None = None) -> None:
         object.__setattr__(self, "layers", _as_layers(layers))
-        object.__setattr__(self, "base", base)
-        if not isinstance(base, (HalfSpace, TransverselyIsotropicHalfSpace, RigidBase)):
+        if not isinstance(base, Base) or base.power_law:
             raise TypeError(
                 f"Medium.base = {shown(base)} must be HalfSpace(young=..., poisson=...), a TransverselyIsotropicHalfSpace or "
                 "RigidBase(): it is what lies below all layers."
             )
+        object.__setattr__(self, "base", base)
         _check_contrast(self.layers, base)
-        if not self.layers and isinstance(base, RigidBase):
+        if not self.layers and base.rigid:
             raise ValueError(
                 "Medium.layers is empty on a rigid base, so nothing can deform. "
                 "Add a Layer, or use a HalfSpace as base."
             )
 
     @property
+    def varies(self) -> bool:
+        """Whether a layer is graded."""
+        return any(layer.varies for layer in self.layers)
+
+    @property
+    def anisotropic(self) -> bool:
+        """Whether a layer or the base is transversely isotropic."""
+        return any(part.anisotropic for part in self.parts)
+
+    @property
+    def isotropic(self) -> tuple[float, float] | None:
+        """Shear modulus [Pa] and Poisson ratio of an isotropic base without layers."""
+        return None if self.layers else self.base.isotropic
+
+    @property
     def surface_modulus(self) -> float:
         """Plane-strain modulus E* of the material at z = 0 [Pa]."""
-        top = self.layers[0] if self.layers else self.base
-        assert not isinstance(top, RigidBase)
-        return top.surface_modulus
+        return self.parts[0].surface_modulus
 
     @property
     def length(self) -> float:
         """Own length l [m] with beta = a/l: thickness of the top layer, infinite without layers."""
-        return self.layers[0].thickness if self.layers else float("inf")
-
-    @property
-    def thickness(self) -> float:
-        """Thickness of all layers together [m]."""
-        return sum(layer.thickness for layer in self.layers)
+        return self.layers[0].thickness if self.layers else inf
 
     def _table_(self) -> Table:
         """A row for each layer, from the surface down."""
         rows = [
-            (f"layer {i + 1}", *_elasticity(layer), quantity_of(layer.thickness, "m"), in_words(layer.bonded))
+            (f"layer {i + 1}", *layer.elasticity(), quantity_of(layer.thickness, "m"), in_words(layer.bonded))
             for i, layer in enumerate(self.layers)
         ]
-        if isinstance(self.base, RigidBase):
-            rows.append(("base", "rigid", "", "", ""))
-        else:
-            rows.append(("base", *_elasticity(self.base), "half-space", ""))
+        rows.append(("base", *self.base.elasticity(), "" if self.base.rigid else "half-space", ""))
         return Table("Medium, from the surface down", ("", "young", "poisson", "thickness", "lower face"), tuple(rows))
 
 
-def _elasticity(body: AnyLayer | ElasticBase) -> tuple[str, str]:
-    """Modulus and Poisson ratio of a layer or base, as text."""
-    if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
-        return summary(constants_of(body))
-    if isinstance(body, GradedLayer) and body.anisotropic:
-        return summary([getattr(body, name) for name in body.laws])
-    return quantity_of(body.young, "Pa"), quantity_of(body.poisson, "")
-
-
-def _check_contrast(layers: tuple[AnyLayer, ...], base: ElasticBase | RigidBase) -> None:
+def _check_contrast(layers: tuple[AnyLayer, ...], base: Base) -> None:
     """Refuse stacks whose moduli or thicknesses differ by more than floating point resolves."""
-    moduli = [layer.surface_modulus for layer in layers] + (
-        [] if isinstance(base, RigidBase) else [base.surface_modulus]
-    )
+    moduli = [layer.surface_modulus for layer in layers] + ([] if base.rigid else [base.surface_modulus])
     if moduli and max(moduli) > CONTRAST * min(moduli):
         raise ValueError(
             f"Medium has moduli from {min(moduli):.3g} to {max(moduli):.3g} Pa; they may differ by a factor of {CONTRAST:.0e}. "

@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 
 from flatpunch._support.checks import poisson_ratio, positive, shown
 from flatpunch._support.readable import readable
-from flatpunch.media.bodies import HalfSpace, Layer, Medium, RigidBase, plane_strain_modulus
+from flatpunch.media.bodies import Layer, Medium, RigidBase
+from flatpunch.media.material import AnyLayer, plane_strain_modulus, young_and_poisson
+from flatpunch.media.stack import Base, Body, Stack
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FreeLayer:
+class FreeLayer(Body):
     """Layer that lies on a base without friction, adhesion and weight, so that it lifts off around the contact.
 
     Only `indent` takes it, for round tips and flat punches.
@@ -48,16 +50,42 @@ class FreeLayer:
     young: float
     poisson: float
     thickness: float
-    base: RigidBase | HalfSpace = field(default_factory=RigidBase)
+    base: Base = field(default_factory=RigidBase)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "young", positive("FreeLayer.young", self.young, unit="Pa"))
         object.__setattr__(self, "poisson", poisson_ratio("FreeLayer.poisson", self.poisson))
         object.__setattr__(self, "thickness", positive("FreeLayer.thickness", self.thickness, unit="m"))
-        if not isinstance(self.base, (RigidBase, HalfSpace)):
+        if not _carries(self.base):
             raise TypeError(
                 f"FreeLayer.base = {shown(self.base)} must be RigidBase() or HalfSpace(young=..., poisson=...)."
             )
+
+    @classmethod
+    def of(cls, layer: AnyLayer, base: Base) -> FreeLayer:
+        """A layer of any kind that is isotropic and does not vary, and has no springs, lying loosely on a base.
+
+        Raises
+        ------
+        ValueError
+            If it is of another kind.
+        """
+        if not layer.isotropic or layer.bonded not in (True, False):
+            raise ValueError(
+                f"FreeLayer.of({shown(layer)}, ...) takes one homogeneous isotropic layer without springs, which alone is solved "
+                "where it lifts off."
+            )
+        return cls(*young_and_poisson(layer), layer.thickness, base)
+
+    @property
+    def free(self) -> FreeLayer:
+        """Itself."""
+        return self
+
+    @property
+    def sides(self) -> tuple[tuple[str, Stack], ...]:
+        """The layer on its base, held down."""
+        return (("", self.held_down),)
 
     @property
     def surface_modulus(self) -> float:
@@ -68,3 +96,8 @@ class FreeLayer:
     def held_down(self) -> Medium:
         """The layer held down by its base, on which it slides."""
         return Medium([Layer(self.young, self.poisson, self.thickness, bonded=False)], base=self.base)
+
+
+def _carries(base: object) -> bool:
+    """Whether it is a base that a loose layer may lie on."""
+    return isinstance(base, Base) and bool(base.rigid or base.isotropic)

@@ -17,10 +17,19 @@ import scipy
 from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, positive, real, shown, values
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
-from flatpunch._support.readable import readable
+from flatpunch._support.readable import quantity_of, readable
 from flatpunch.media.interface import Interface, lower_face
 from flatpunch.media.laws import Constant, DepthTable, Law, times
-from flatpunch.media.transverse import Plane, contact_modulus, isotropic_plane, plane_of_arrays
+from flatpunch.media.material import AnyLayer
+from flatpunch.media.plane import (
+    Plane,
+    contact_modulus,
+    isotropic_plane,
+    isotropic_slopes,
+    plane_of_arrays,
+    plane_slopes,
+)
+from flatpunch.media.transverse import summary
 
 CONTRAST = 1e25
 """Ratio of moduli, or of lengths, beyond which solutions overflow or do not end; fits try media of 1e18 on their way."""
@@ -33,7 +42,7 @@ _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at lea
 
 @readable
 @dataclass(frozen=True, slots=True)
-class GradedLayer:
+class GradedLayer(AnyLayer):
     """Elastic layer whose constants vary with depth: isotropic, or transversely isotropic about z.
 
     Parameters
@@ -90,7 +99,7 @@ class GradedLayer:
         object.__setattr__(self, "thickness", positive("GradedLayer.thickness", self.thickness, hint, unit="m"))
         object.__setattr__(self, "bonded", lower_face("GradedLayer.bonded", self.bonded))
         self._check_kind()
-        for name in self.laws:
+        for name in self.numbers:
             unit = "1" if name.startswith("poisson") else "Pa"
             law = _as_law(f"GradedLayer.{name}", getattr(self, name), self.thickness, unit)
             object.__setattr__(self, name, law)
@@ -102,6 +111,11 @@ class GradedLayer:
         return np.unique(np.concatenate([np.linspace(0.0, self.thickness, 2049), self.breaks]))
 
     @property
+    def varies(self) -> bool:
+        """True."""
+        return True
+
+    @property
     def anisotropic(self) -> bool:
         """Whether the layer is transversely isotropic, not isotropic."""
         return self.shear is not None
@@ -111,8 +125,8 @@ class GradedLayer:
         return () if self.anisotropic else _AXIAL
 
     @property
-    def laws(self) -> tuple[str, ...]:
-        """Names of the constants: two, or five in the order of `TransverselyIsotropicLayer`."""
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the constants, each a law of depth: two, or five in the order of `TransverselyIsotropicLayer`."""
         return (
             ("young", "young_axial", "poisson", "poisson_axial", "shear") if self.anisotropic else ("young", "poisson")
         )
@@ -126,8 +140,8 @@ class GradedLayer:
         return self._at("poisson", z)
 
     def constants_at(self, z: Array) -> tuple[Array, ...]:
-        """The constants named by `laws` at depths z [m], any shape."""
-        return tuple(self._at(name, z) for name in self.laws)
+        """The constants named by `numbers` at depths z [m], any shape."""
+        return tuple(self._at(name, z) for name in self.numbers)
 
     def _at(self, name: str, z: Array) -> Array:
         return _evaluate(getattr(self, name), z)
@@ -148,7 +162,7 @@ class GradedLayer:
                 stable = (young > 0) & np.isfinite(young) & (nu > -1) & (nu <= 0.5)
         if not stable.all():
             i = int(np.argmin(stable))
-            found = ", ".join(f"{name} = {each.flat[i]:g}" for name, each in zip(self.laws, constants, strict=True))
+            found = ", ".join(f"{name} = {each.flat[i]:g}" for name, each in zip(self.numbers, constants, strict=True))
             raise ValueError(
                 f"GradedLayer has {found} at depth z = {text(float(np.asarray(z).flat[i]), 'm')}, of which no stable material "
                 "can be made; moduli must be > 0 and Poisson ratios within their limits at every depth."
@@ -158,7 +172,7 @@ class GradedLayer:
     @property
     def breaks(self) -> tuple[float, ...]:
         """Depths inside the layer at which a table changes from one cubic to the next [m]."""
-        inner = {z for name in self.laws for z in getattr(getattr(self, name), "breaks", ())}
+        inner = {z for name in self.numbers for z in getattr(getattr(self, name), "breaks", ())}
         return tuple(sorted(z for z in inner if 0 < z < self.thickness))
 
     @property
@@ -166,6 +180,30 @@ class GradedLayer:
         """Plane-strain modulus E* at the upper face [Pa]; of a transversely isotropic layer the contact modulus."""
         plane = self.plane_at(np.zeros(1))
         return float((contact_modulus(plane) if self.anisotropic else plane.stiffness)[0])
+
+    @property
+    def softest(self) -> float:
+        """Largest 1/E* over the depth [1/Pa]."""
+        return float(np.max(1 / contact_modulus(self.plane_at(np.linspace(0.0, self.thickness, 100)))))
+
+    def slopes_at(self, z: Array) -> dict[str, Plane[Array]]:
+        """Derivatives of the coefficients by the constants at depths z, of the shape of z."""
+        constants = self.constants_at(z)
+        slopes = plane_slopes(constants) if self.anisotropic else isotropic_slopes(*constants)
+        return dict(zip(self.numbers, slopes.values(), strict=True))
+
+    def times(self, factor: float) -> GradedLayer:
+        """The layer with all moduli multiplied by a factor."""
+        moduli: Plain = {
+            name: times(getattr(self, name), factor) for name in self.numbers if not name.startswith("poisson")
+        }
+        return replace(self, **moduli)
+
+    def elasticity(self) -> tuple[str, str]:
+        """Laws of the moduli and Poisson ratios in words."""
+        if self.anisotropic:
+            return summary([getattr(self, name) for name in self.numbers])
+        return quantity_of(self.young, "Pa"), quantity_of(self.poisson, "")
 
     def _check_kind(self) -> None:
         missing = [name for name in _AXIAL if getattr(self, name) is None]
@@ -180,7 +218,7 @@ class GradedLayer:
     def _check_range(self, z: Array) -> None:
         poisson = _poisson_in_plane_fault if self.anisotropic else _poisson_fault
         moduli = []
-        for name in self.laws:
+        for name in self.numbers:
             law = getattr(self, name)
             if name.startswith("poisson"):
                 fault = poisson if name == "poisson" else _number_fault
@@ -221,12 +259,6 @@ class GradedLayer:
                 f"at depth z = {text(float(at), 'm')} makes the body unstable: its square must not exceed "
                 f"(1 - poisson)/2 young_axial/young = {(1 - nu) / 2 * axial / young:.4g} there.",
             )
-
-
-def graded_times(layer: GradedLayer, factor: float) -> GradedLayer:
-    """The layer with all moduli multiplied by a factor."""
-    moduli: Plain = {name: times(getattr(layer, name), factor) for name in layer.laws if not name.startswith("poisson")}
-    return replace(layer, **moduli)
 
 
 def _as_law(name: str, value: object, thickness: float, unit: str) -> Law:

@@ -1,7 +1,7 @@
 """One transversely isotropic layer in the place of many thin ones (Backus 1962).
 
 Waves that are long against the layers see the mean of the field equations over depth: of the coefficients of plane strain
-(`transverse.Plane`), compliances of stresses that are continuous across faces as well as stiffnesses of strains that are. Springs
+(`plane.Plane`), compliances of stresses that are continuous across faces as well as stiffnesses of strains that are. Springs
 at the faces between layers add their softness.
 """
 
@@ -13,10 +13,9 @@ from itertools import pairwise
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
-from flatpunch.media.bodies import AnyLayer, Layer
-from flatpunch.media.graded import GradedLayer
-from flatpunch.media.interface import Interface
-from flatpunch.media.transverse import Plane, TransverselyIsotropicLayer, from_plane, isotropic_plane, plane_of
+from flatpunch.media.material import AnyLayer
+from flatpunch.media.plane import Plane, from_plane
+from flatpunch.media.transverse import TransverselyIsotropicLayer
 
 _NODES = 32
 """Gauss nodes between breaks of a law of depth."""
@@ -66,22 +65,21 @@ def homogenised(layers: Iterable[AnyLayer]) -> TransverselyIsotropicLayer:
     thickness = sum(layer.thickness for layer in stack)
     total = sum(_integrated(layer) for layer in stack)
     for layer in stack[:-1]:
-        if isinstance(layer.bonded, Interface):
-            along, across = layer.bonded.softness
-            total = total + np.array(Plane(0.0, along, across, 0.0, 0.0))
+        along, across = layer.face.softness
+        total = total + np.array(Plane(0.0, along, across, 0.0, 0.0))
     return TransverselyIsotropicLayer(
         *from_plane(Plane(*(np.asarray(total) / thickness).tolist())), thickness, stack[-1].bonded
     )
 
 
 def _checked(layers: Iterable[AnyLayer]) -> list[AnyLayer]:
-    if isinstance(layers, (Layer, GradedLayer, TransverselyIsotropicLayer)):
+    if isinstance(layers, AnyLayer):
         raise TypeError("layers is one layer; give a list of layers.")
     stack = list(layers)
     if not stack:
         raise ValueError("layers is empty; give one layer at least.")
     for i, layer in enumerate(stack):
-        if not isinstance(layer, (Layer, GradedLayer, TransverselyIsotropicLayer)):
+        if not isinstance(layer, AnyLayer):
             raise TypeError(
                 f"layers[{i}] = {shown(layer)} must be a Layer, a GradedLayer or a TransverselyIsotropicLayer."
             )
@@ -95,10 +93,8 @@ def _checked(layers: Iterable[AnyLayer]) -> list[AnyLayer]:
 
 def _integrated(layer: AnyLayer) -> Array:
     """Coefficients of a layer, integrated over its depth."""
-    if isinstance(layer, TransverselyIsotropicLayer):
-        return layer.thickness * np.array(plane_of(layer))
-    if isinstance(layer, Layer):
-        return layer.thickness * np.array(isotropic_plane(layer.young, layer.poisson))
+    if not layer.varies:
+        return layer.thickness * np.array(layer.plane)
     x, w = np.polynomial.legendre.leggauss(_NODES)
     total = np.zeros(len(Plane._fields))
     for low, high in pairwise([0.0, *layer.breaks, layer.thickness]):

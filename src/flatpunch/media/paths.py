@@ -12,17 +12,15 @@ from collections.abc import Mapping
 from typing import Any, TypeVar
 
 from flatpunch._support.paths import Plain, steps
-from flatpunch.media.bodies import HalfSpace
-from flatpunch.media.graded import GradedLayer, graded_times
 from flatpunch.media.laws import Constant
-from flatpunch.media.power_law import PowerLawHalfSpace
-from flatpunch.media.transverse import TransverselyIsotropic, TransverselyIsotropicHalfSpace, scaled
+from flatpunch.media.material import Material
+from flatpunch.media.stack import Base
 
 M = TypeVar("M")
 T = TypeVar("T")
 
-_BASES = HalfSpace, PowerLawHalfSpace, TransverselyIsotropicHalfSpace
-"""Half-spaces, each of which is its own base."""
+_GROUPS = {"young", "surface_modulus"}
+"""Moduli that stand for all those of a material, at their ratios, where they are none of its fields."""
 
 
 def value_of(medium: object, indenter: object, name: str) -> float:
@@ -32,7 +30,7 @@ def value_of(medium: object, indenter: object, name: str) -> float:
     for step in way:
         if isinstance(step, int):
             thing = thing[step]
-        elif not (step == "base" and isinstance(thing, _BASES)):
+        else:
             thing = getattr(thing, step)
     return float(thing.value if isinstance(thing, Constant) else thing)
 
@@ -66,14 +64,13 @@ def _replaced(thing: Any, changes: Any) -> Any:
         for j, change in changes.items():
             entries[j] = _replaced(entries[j], change)
         return tuple(entries)
-    if isinstance(thing, _BASES) and "base" in changes:
+    if isinstance(thing, Base) and "base" in changes:
         return _replaced(thing, changes["base"])
-    if isinstance(thing, GradedLayer) and "surface_modulus" in changes:
+    own = {field.name for field in dataclasses.fields(thing)}
+    if isinstance(thing, Material) and (groups := (_GROUPS & changes.keys()) - own):
         changes = dict(changes)
-        thing = graded_times(thing, changes.pop("surface_modulus") / thing.surface_modulus)
-    if isinstance(thing, TransverselyIsotropic) and "young" in changes:
-        changes = dict(changes)
-        thing = scaled(thing, changes.pop("young") / thing.young)
+        for group in groups:
+            thing = thing.times(changes.pop(group) / getattr(thing, group))
     return dataclasses.replace(
         thing, **{name: _replaced(getattr(thing, name), change) for name, change in changes.items()}
     )

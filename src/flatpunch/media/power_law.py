@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 
-from flatpunch._support.checks import BadValue, poisson_ratio, positive, real
-from flatpunch._support.readable import readable
+import numpy as np
+
+from flatpunch._support.checks import Array, BadValue, poisson_ratio, positive, real
+from flatpunch._support.readable import quantity_of, readable
+from flatpunch.media.material import plane_strain_modulus
+from flatpunch.media.plane import Plane, isotropic_plane, isotropic_slopes
+from flatpunch.media.stack import Base
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class PowerLawHalfSpace:
+class PowerLawHalfSpace(Base):
     """Half-space with Young's modulus E(z) = modulus (z/depth)^exponent.
 
     Parameters
@@ -61,9 +67,57 @@ class PowerLawHalfSpace:
     @property
     def surface_modulus(self) -> float:
         """E* = modulus/(1 - nu^2) [Pa], the convention of this medium."""
-        return self.modulus / (1 - self.poisson**2)
+        return plane_strain_modulus(self.modulus, self.poisson)
 
     @property
     def length(self) -> float:
         """Own length l [m]: the reference depth."""
         return self.depth
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of its numbers."""
+        return ("modulus", "depth", "exponent", "poisson")
+
+    @property
+    def varies(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def power_law(self) -> PowerLawHalfSpace:
+        """Itself."""
+        return self
+
+    @property
+    def softest(self) -> float:
+        """Infinite: the modulus vanishes at the surface, or at infinite depth [1/Pa]."""
+        return inf
+
+    def young_at(self, z: Array) -> Array:
+        """Young's modulus at depths z [Pa]."""
+        return np.asarray(self.modulus * (z / self.depth) ** self.exponent)
+
+    def plane_at(self, z: Array) -> Plane[Array]:
+        """Coefficients of plane strain at depths z > 0 [m], of the shape of z."""
+        return isotropic_plane(self.young_at(z), np.full(np.shape(z), self.poisson))
+
+    def slopes_at(self, z: Array) -> dict[str, Plane[Array]]:
+        """Derivatives of the coefficients at depths z > 0 by each of `numbers`."""
+        young = self.young_at(z)
+        by = isotropic_slopes(young, np.full(np.shape(z), self.poisson))
+        change = {
+            "modulus": young / self.modulus,
+            "depth": -self.exponent * young / self.depth,
+            "exponent": young * np.log(z / self.depth),
+        }
+        found = {name: Plane(*(each * rate for each in by["young"])) for name, rate in change.items()}
+        return {**found, "poisson": by["poisson"]}
+
+    def times(self, factor: float) -> PowerLawHalfSpace:
+        """The same with all moduli multiplied by a factor."""
+        return replace(self, modulus=factor * self.modulus)
+
+    def elasticity(self) -> tuple[str, str]:
+        """Modulus and Poisson ratio in words."""
+        return quantity_of(self.modulus, "Pa"), quantity_of(self.poisson, "")

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import Array, Indices, shown
 from flatpunch._support.readable import readable
-from flatpunch.media.bodies import ElasticBase, Medium
 from flatpunch.media.power_law import PowerLawHalfSpace
-from flatpunch.media.two_bodies import TwoBodies
+from flatpunch.media.stack import Body, Stack
 
 
 class PunchSolution(Protocol):
@@ -41,13 +40,9 @@ class PunchSolution(Protocol):
         ...
 
 
-Solid = ElasticBase | Medium | PowerLawHalfSpace | TwoBodies
-"""Bodies whose solutions are computed."""
-
-
 @readable
 @dataclass(frozen=True, slots=True)
-class TabulatedMedium:
+class TabulatedMedium(Body):
     """A medium and the table of its flat punches; made by `flatpunch.atlas.tabulated`.
 
     Attributes
@@ -58,8 +53,28 @@ class TabulatedMedium:
         Its flat punches.
     """
 
-    medium: Solid
+    medium: Body
     solution: PunchSolution = field(repr=False)
+
+    @property
+    def sides(self) -> tuple[tuple[str, Stack], ...]:
+        """Those of the medium."""
+        return self.medium.sides
+
+    @property
+    def varies(self) -> bool:
+        """As the medium."""
+        return self.medium.varies
+
+    @property
+    def anisotropic(self) -> bool:
+        """As the medium."""
+        return self.medium.anisotropic
+
+    @property
+    def power_law(self) -> PowerLawHalfSpace | None:
+        """As the medium."""
+        return self.medium.power_law
 
     @property
     def surface_modulus(self) -> float:
@@ -72,11 +87,16 @@ class TabulatedMedium:
         return self.medium.length
 
     @property
-    def recorded(self) -> Solid:
+    def recorded(self) -> Body:
         """What a result file says was solved."""
         return self.medium
 
 
-def underlying(medium: Solid | TabulatedMedium) -> Solid:
-    """The medium itself where its solutions are tabulated; any other as it is."""
+def underlying(medium: object) -> Body:
+    """The medium itself where its solutions are tabulated, any other as it is; what is no medium is refused."""
+    if not isinstance(medium, Body) or medium.rigid:
+        raise TypeError(
+            f"medium = {shown(medium)} must be a Medium, a half-space or TwoBodies. Layers alone are no "
+            "medium: Medium([layer, ...], base=...) says what lies below them."
+        )
     return medium.medium if isinstance(medium, TabulatedMedium) else medium

@@ -6,18 +6,14 @@ from dataclasses import dataclass
 
 from flatpunch._support.checks import shown
 from flatpunch._support.readable import Table, readable, table_of
-from flatpunch.media.bodies import HalfSpace, Medium, RigidBase
 from flatpunch.media.graded import CONTRAST
 from flatpunch.media.power_law import PowerLawHalfSpace
-from flatpunch.media.transverse import TransverselyIsotropicHalfSpace
-
-Elastic = HalfSpace | TransverselyIsotropicHalfSpace | Medium | PowerLawHalfSpace
-Body = Elastic | RigidBase
+from flatpunch.media.stack import Body, Stack
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class TwoBodies:
+class TwoBodies(Body):
     """Two elastic bodies in contact; the gap between them is the indenter's, whichever of them is curved.
 
     Parameters
@@ -39,20 +35,19 @@ class TwoBodies:
     0.5
     """
 
-    upper: Body
-    lower: Body
+    upper: Stack
+    lower: Stack
 
     def __post_init__(self) -> None:
-        for name in ("upper", "lower"):
-            body = getattr(self, name)
-            if not isinstance(body, (HalfSpace, TransverselyIsotropicHalfSpace, Medium, PowerLawHalfSpace, RigidBase)):
+        for name, body in self.sides:
+            if not isinstance(body, Stack):
                 raise TypeError(
                     f"TwoBodies.{name} = {shown(body)} must be a Medium, a HalfSpace, a PowerLawHalfSpace, or RigidBase() for a "
                     "rigid body."
                 )
-        if isinstance(self.upper, RigidBase) and isinstance(self.lower, RigidBase):
+        if self.upper.rigid and self.lower.rigid:
             raise ValueError("TwoBodies.upper and TwoBodies.lower are both rigid, so nothing can deform.")
-        exponents = {getattr(body, "exponent", 0.0) for body in self.elastic}
+        exponents = {body.power_law.exponent if body.power_law else 0.0 for body in self.elastic}
         if len(exponents) > 1:
             raise ValueError(
                 f"TwoBodies has bodies whose moduli grow with the exponents {sorted(exponents)} of depth. A power-law half-space "
@@ -68,7 +63,7 @@ class TwoBodies:
 
     def _table_(self) -> Table:
         """The rows of both bodies."""
-        tables = [(name, table_of(body)) for name, body in (("upper", self.upper), ("lower", self.lower))]
+        tables = [(name, table_of(body)) for name, body in self.sides]
         width = max(len(row) for _, table in tables for row in (table.header, *table.rows))
         rows: list[tuple[str, ...]] = []
         for name, table in tables:
@@ -77,17 +72,26 @@ class TwoBodies:
         return Table("TwoBodies", (), tuple(rows))
 
     @property
-    def elastic(self) -> tuple[Elastic, ...]:
-        """The bodies that deform, upper first."""
-        return tuple(body for body in (self.upper, self.lower) if not isinstance(body, RigidBase))
+    def sides(self) -> tuple[tuple[str, Stack], ...]:
+        """Both bodies with their names."""
+        return (("upper", self.upper), ("lower", self.lower))
+
+    @property
+    def varies(self) -> bool:
+        """Whether the constants of one of them vary with depth."""
+        return any(body.varies for body in self.elastic)
+
+    @property
+    def anisotropic(self) -> bool:
+        """Whether one of them is transversely isotropic, at least in part."""
+        return any(body.anisotropic for body in self.elastic)
+
+    @property
+    def power_law(self) -> PowerLawHalfSpace | None:
+        """The first of them whose modulus is a power of depth."""
+        return next((law for body in self.elastic if (law := body.power_law)), None)
 
     @property
     def surface_modulus(self) -> float:
         """Plane-strain modulus E* of the pair [Pa], 1/E* = sum of both."""
         return 1 / sum(1 / body.surface_modulus for body in self.elastic)
-
-    @property
-    def length(self) -> float:
-        """Own length l [m]: the upper body's, or the lower's if the upper has none."""
-        lengths = [body.length for body in self.elastic]
-        return lengths[0] if lengths[0] != float("inf") else lengths[-1]

@@ -1,15 +1,14 @@
-"""Many independent points, solved in parallel and kept: the engine behind tables of solutions and parameter studies.
+"""Many independent calls in worker processes: sweeps, tables of solutions, batches of fits, boundary elements.
 
-`solve_points` works in this process, in processes of its own, or on a Dask cluster. Every finished point is on disk before it
-counts, a point that fails becomes a record with its reason, and a second run solves only what is missing. No mechanics here.
+`map_calls` makes them, by loky or on a Dask cluster. `solve_points` keeps what they return: every finished point is on disk
+before it counts, a point that fails becomes a record with its reason, and a second run solves only what is missing. No mechanics
+here.
 """
 
-from flatpunch._support.threads import cores
+from flatpunch._support.threads import cores, one_thread
 from flatpunch.parallel.engine import Solved, point_keys, solve_points
 from flatpunch.parallel.keys import content_key
-from flatpunch.parallel.store import Folder
-from flatpunch.parallel.threads import one_thread
-from flatpunch.parallel.work import Outcome
+from flatpunch.parallel.store import Folder, Outcome
 
 __all__ = [
     "Folder",

@@ -1,99 +1,102 @@
-"""Points solved on a Dask cluster that runs already; results come back to this process, which keeps them.
+"""Calls made on a Dask cluster that runs already; results come back to this process, which keeps them.
 
-A worker that is lost costs nothing: the scheduler gives its points to another one. It gives up on all that was with workers it
+A worker that is lost costs nothing: the scheduler gives its calls to another one. It gives up on all that was with workers it
 has lost more often than its setting `distributed.scheduler.allowed-failures` says (3). Those are sent again at the end, one at
-a time, so that only the point becomes a record that is the reason.
+a time, so that only the call that is the reason fails.
 """
 
 from __future__ import annotations
 
 import pkgutil
 import platform
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import CancelledError
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager, suppress
-from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from flatpunch._support.checks import shown
+from flatpunch._support.checks import FlatpunchWarning, shown
 from flatpunch._version import __version__
-from flatpunch.parallel.work import Function, Item, Outcome, Waiting, call_packed, solve_chunk
 
 if TYPE_CHECKING:
-    from distributed import Client, Future
+    from distributed import Client
 
 PATIENCE = 15.0
-"""Seconds to wait for a scheduler, and for its first worker; clusters that start slowly take a few."""
+"""Seconds to wait for a scheduler, and for a worker; clusters that start slowly take a few."""
 
 
-def on_cluster(
-    function: Function, items: Sequence[Item], scheduler: str | Client
-) -> Iterator[list[tuple[Item, Outcome]]]:
-    """Yield outcomes as they come from the cluster of a scheduler, whose workers must be able to import the function."""
+@contextmanager
+def cluster(scheduler: str | Client) -> Iterator[Cluster]:
+    """Workers of a scheduler, which must be able to import what they call."""
     with _client(scheduler) as client:
-        yield from _outcomes(client, function, Waiting(items, _workers(client), tries=1))
+        team = Cluster(client)
+        try:
+            yield team
+        finally:
+            team.end()
 
 
-def _outcomes(client: Client, function: Function, waiting: Waiting) -> Iterator[list[tuple[Item, Outcome]]]:
-    import cloudpickle
-    from distributed import as_completed
+class Cluster:
+    """A team of Dask workers: two chunks for each, one in progress and one that waits there."""
 
-    called = partial(call_packed, function)
-    running: dict[
-        Future[list[Outcome]], tuple[int, list[Item]]
-    ] = {}  # future -> worker it was meant for, and what it solves
-    futures = as_completed([], loop=client.loop)
+    shared = True
 
-    def fill() -> None:
-        """Keep all workers busy, those too that have joined meanwhile; suspects come when nothing else is on its way."""
-        busy = {slot for slot, _ in running.values()}
-        # two chunks for each worker: one in progress and one that waits there
-        for slot in sorted(set(range(2 * _workers(client))) - busy):
-            if items := waiting.take(slot, suspects=not running):
-                packed = [cloudpickle.dumps(item.point) for item in items]
-                future = client.submit(solve_chunk, called, packed, pure=False)
-                running[future] = slot, items
-                futures.add(future)
+    def __init__(self, client: Client) -> None:
+        self._client, self._executor = client, client.get_executor(pure=False)
+        self._deserted: float | None = None
+        """Time since which there is no worker; infinite once that was reported."""
 
-    try:
-        fill()
-        while running:
-            future = next(futures)
-            _, items = running.pop(future)
-            if found := _finished(client, future, items, waiting):
-                yield found
-            fill()
-    finally:
-        if client.status == "running":
-            client.cancel(list(running))
+    def size(self) -> int:
+        """Chunks; those of one worker where there is none for the moment, which wait for it."""
+        self._connected()
+        return 2 * max(1, len(self._client.nthreads()))
 
+    def submit(self, slot: int, function: Callable[..., Any], *arguments: object) -> Future[Any]:
+        """Send a call to the scheduler."""
+        future: Future[Any] = self._executor.submit(function, *arguments)
+        return future
 
-def _finished(
-    client: Client, future: Future[list[Outcome]], items: list[Item], waiting: Waiting
-) -> list[tuple[Item, Outcome]]:
-    """Outcomes of a chunk that came back; what it did not get to, or lost, waits again."""
-    from distributed import KilledWorker
+    def replace(self, slot: int) -> None:
+        """The scheduler replaces workers."""
 
-    if client.status != "running":
-        raise ConnectionError(
-            "The connection to the scheduler was lost. Finished points are kept: start it and run this again."
-        )
-    try:
-        outcomes = future.result()
-    except (KilledWorker, CancelledError) as error:  # given up by the scheduler, or lost on the way back
-        why = str(error).splitlines()[0] if isinstance(error, KilledWorker) else "the result did not arrive"
-        alone = waiting.suspected(items[0])  # it was sent out alone then
-        return [(item, Outcome(None, f"WorkerLost: {why}")) for item in waiting.lose(items, alone=alone)]
-    except Exception as error:  # not of the function, whose exceptions are outcomes: it could not be called at all
-        return [(item, Outcome(None, f"{type(error).__name__}: {error}")) for item in items]
-    done = list(zip(items, outcomes, strict=False))
-    waiting.give_back(items[len(done) :])
-    waiting.learn(outcomes)
-    return done
+    def lost(self, error: BaseException) -> str | None:
+        """How a call was lost: given up by the scheduler, or on the way back."""
+        from distributed import KilledWorker
 
+        self._connected()
+        if isinstance(error, KilledWorker):
+            return str(error).splitlines()[0]
+        return "the result did not arrive" if isinstance(error, CancelledError) else None
 
-def _workers(client: Client) -> int:
-    return max(1, len(client.nthreads()))  # none for the moment: what is sent waits for one
+    def wait(self) -> None:
+        """Warn once where all workers are gone: what is sent waits for one."""
+        self._connected()
+        if self._client.nthreads():
+            self._deserted = None
+            return
+        now = time.monotonic()
+        self._deserted = now if self._deserted is None else self._deserted
+        if now - self._deserted > PATIENCE:
+            self._deserted = float("inf")
+            address = self._client.scheduler_info()["address"]
+            warnings.warn(
+                f"All workers of the scheduler at {address} are gone. Finished points are kept; the others wait until one joins: "
+                f"`dask worker {address} --nthreads 1`. Ctrl-C ends the run, and the same call goes on later.",
+                FlatpunchWarning,
+                stacklevel=2,
+            )
+
+    def end(self) -> None:
+        """Call off what is under way."""
+        if self._client.status == "running":
+            self._executor.shutdown(wait=False)
+
+    def _connected(self) -> None:
+        if self._client.status != "running":
+            raise ConnectionError(
+                "The connection to the scheduler was lost. Finished points are kept: start it and run this again."
+            )
 
 
 @contextmanager

@@ -1,8 +1,10 @@
-"""`solve_points`: one call for many points, in this process, in several, or on a cluster."""
+"""`solve_points`: many points, each solved once and kept, in this process, in several, or on a cluster."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,13 +12,14 @@ from flatpunch._support.checks import shown, switch
 from flatpunch._support.kinds import follows
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.reading import as_path
-from flatpunch._support.threads import cores
+from flatpunch._support.threads import cores, one_thread
 from flatpunch._version import __version__
 from flatpunch.parallel import interruption
+from flatpunch.parallel.calls import Team, map_calls
 from flatpunch.parallel.keys import content_key
-from flatpunch.parallel.store import Folder, Memory, Store
-from flatpunch.parallel.threads import one_thread
-from flatpunch.parallel.work import Function, Item, Outcome, solve_one
+from flatpunch.parallel.store import Folder, Function, Memory, Outcome, Store, solved
+from flatpunch.parallel.work import Item, Missing
+from flatpunch.parallel.worker import processes
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -87,8 +90,8 @@ def solve_points(
     Parameters
     ----------
     function : callable
-        Point -> numbers, texts and arrays by name. A function of a module, or a `functools.partial` of one, so that other
-        processes can load it. An exception is the outcome of that point and of no other.
+        Point -> numbers, texts and arrays by name. A function of a module or of the script, or a `functools.partial` of one.
+        An exception is the outcome of that point and of no other.
     points : mapping or sequence
         Inputs by name, or in order, which are then named 0, 1, ...: numbers, texts, arrays, dataclasses, and lists and mappings
         of them. Equal points are solved once.
@@ -149,23 +152,38 @@ def solve_points(
     anew, retry_failed = switch("anew", anew), switch("retry_failed", retry_failed)
     place = _place(store)
     keys = point_keys(function, named, version)
-    items = {
-        keys[name]: Item(keys[name], point, group(point) if group else None, float(cost(point)) if cost else 1.0)
-        for name, point in named.items()
-    }
-    there = {} if anew else place.states(items)
-    missing = [item for key, item in items.items() if key not in there or (retry_failed and not there[key])]
-    solve = _solver(function, missing, workers or cores(), scheduler, tries)
-    with reporting(title, progress) as report:
-        done = len(items) - len(missing)
-        report(done, len(items))
-        for outcomes in solve:
+    wanted = {keys[name]: point for name, point in named.items()}
+    there = {} if anew else place.states(wanted)
+    missing = [key for key in wanted if key not in there or (retry_failed and not there[key])]
+    missed = [wanted[key] for key in missing]
+
+    def described(index: int) -> Item:
+        point = missed[index]
+        return Item(index, group(point) if group else None, float(cost(point)) if cost else 1.0)
+
+    team = _team(min(workers or cores(), len(missing)), scheduler) if missing else None
+    made = map_calls(
+        partial(solved, function), missed, team, describe=described, tries=tries if scheduler is None else 1
+    )
+    with nullcontext() if team else one_thread(), reporting(title, progress) as report:
+        done = len(wanted) - len(missing)
+        report(done, len(wanted))
+        for outcomes in made:
             with interruption.held():
-                for item, outcome in outcomes:
-                    place.write(item.key, outcome)
+                for index, found in outcomes:
+                    place.write(missing[index], Outcome(None, found.reason) if isinstance(found, Missing) else found)
             done += len(outcomes)
-            report(done, len(items))
+            report(done, len(wanted))
     return Solved(keys, place, len(missing))
+
+
+def _team(workers: int, scheduler: str | Client | None) -> AbstractContextManager[Team] | None:
+    """Who solves the points; None for this process."""
+    if scheduler is not None:
+        from flatpunch.parallel.cluster import cluster
+
+        return cluster(scheduler)
+    return processes(workers) if workers > 1 else None
 
 
 def _place(store: str | Path | Store | None) -> Store:
@@ -194,26 +212,3 @@ def function_name(function: Any) -> list[object]:
             "defined inside others. functools.partial adds arguments to one."
         )
     return [function.__module__, name]
-
-
-def _solver(
-    function: Function, items: list[Item], workers: int, scheduler: str | Client | None, tries: int
-) -> Iterator[list[tuple[Item, Outcome]]]:
-    if not items:
-        return iter(())
-    if scheduler is not None:
-        from flatpunch.parallel.cluster import on_cluster
-
-        return on_cluster(function, items, scheduler)
-    if workers == 1:
-        return _here(function, items)
-    from flatpunch.parallel.processes import in_processes
-
-    return in_processes(function, items, workers, tries)
-
-
-def _here(function: Function, items: list[Item]) -> Iterator[list[tuple[Item, Outcome]]]:
-    """One by one in this process."""
-    with one_thread():
-        for item in items:
-            yield [(item, solve_one(function, item.point))]

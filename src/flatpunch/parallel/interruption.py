@@ -8,6 +8,7 @@ import signal
 import threading
 import time
 from collections.abc import Iterator
+from multiprocessing import resource_tracker
 
 
 @contextlib.contextmanager
@@ -32,33 +33,35 @@ def held() -> Iterator[None]:
 
 @contextlib.contextmanager
 def unheard_by_children() -> Iterator[None]:
-    """Start processes that ignore Ctrl-C from their first instruction on, not only when they have loaded what they call.
+    """Start processes that do not hear Ctrl-C from their first instruction on, not only when they have loaded what they call.
 
-    This process hears what came meanwhile afterwards. Only the main thread may do so, and Windows hands nothing down.
+    They inherit the mask of the thread that starts them, which hears what came meanwhile afterwards. Windows hands nothing down.
     """
-    if threading.current_thread() is not threading.main_thread() or not hasattr(signal, "pthread_sigmask"):
+    if not hasattr(signal, "pthread_sigmask"):
         yield
         return
+    from loky.backend import resource_tracker as trackers_of_loky
+
+    # processes of the libraries, started now, since their start takes the mask away
+    resource_tracker.ensure_running()
+    trackers_of_loky.ensure_running()
     blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
     finally:
-        # None stands for a handler that is not Python's and cannot be put back
-        signal.signal(signal.SIGINT, signal.SIG_DFL if before is None else before)
         signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
 
 
-def left_to_parent() -> None:
-    """Ignore Ctrl-C from now on, in a worker, which reaches all processes of a terminal; end as soon as the first one has."""
+def left_to_parent(parent: int) -> None:
+    """Ignore Ctrl-C from now on, in a worker, which reaches all processes of a terminal; end as soon as the parent has."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # a parent that was killed cannot end its workers, and they may be at a long point
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with_parent, args=(parent,), daemon=True).start()
 
 
-def _end_with_parent() -> None:
-    """Look once a second: workers that loky starts do not know their parent. Windows keeps the number of a parent that ended."""
-    first = os.getppid()
+def _end_with_parent(parent: int) -> None:
+    """Check once a second: workers that loky starts do not know their parent. Windows keeps the number of a parent that ended."""
+    first = parent if hasattr(os, "fork") else os.getppid()
     while os.getppid() == first:
         time.sleep(1.0)
     os._exit(1)

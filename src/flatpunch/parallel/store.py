@@ -1,4 +1,4 @@
-"""Where outcomes are kept: a folder with one file for each point, or the memory of this process.
+"""The outcome of a point, and where outcomes are kept: a folder with one file for each point, or the memory of this process.
 
 A solved point is `<key>.npz`, which NumPy alone reads; a failed one is `<key>.json` with its reason. Files are written under a
 temporary name and renamed: whatever interrupts the work, a file that is there is whole. A seal at their end reveals damaged ones,
@@ -10,20 +10,85 @@ from __future__ import annotations
 import io
 import json
 import os
+import time
 import warnings
 import zipfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.paths import Plain
+from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, content
 from flatpunch._support.whole_file import BrokenSeal, remove_left, sealed, unsealed, unwritable, write_whole
-from flatpunch.parallel.work import Outcome
+
+Numbers = Mapping[str, Any]
+"""Numbers, texts and arrays by name."""
+
+Function = Callable[[Any], Numbers]
+
+
+@readable
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a point.
+
+    Attributes
+    ----------
+    numbers : mapping or None
+        Arrays and scalars by name; None where it failed.
+    reason : str
+        Why it failed, type and message of the exception; empty where it did not.
+    seconds : float
+        Time it took.
+
+    See Also
+    --------
+    flatpunch.parallel.Solved : Holds them by name.
+
+    Examples
+    --------
+    >>> from flatpunch.parallel import solve_points
+    >>> def inverse(x):
+    ...     return {"inverse": 1 / x}
+    >>> solved = solve_points(inverse, [4.0, 0.0], workers=1)
+    >>> print(solved[0].numbers["inverse"], solved[1].reason)
+    0.25 ZeroDivisionError: float division by zero
+    """
+
+    numbers: Numbers | None
+    reason: str = ""
+    seconds: float = 0.0
+
+    @property
+    def ok(self) -> bool:
+        """Whether there are numbers."""
+        return self.numbers is not None
+
+
+def solved(function: Function, point: object) -> Outcome:
+    """Solve a point; an exception is the outcome of this point and of no other."""
+    start = time.perf_counter()
+    try:
+        numbers = {str(name): _plain(str(name), value) for name, value in function(point).items()}
+    except Exception as error:
+        return Outcome(None, f"{type(error).__name__}: {error}", time.perf_counter() - start)
+    return Outcome(numbers, "", time.perf_counter() - start)
+
+
+def _plain(name: str, value: object) -> object:
+    """Return an array or NumPy scalar, as it will be read back from a file."""
+    array = np.asarray(value)
+    if array.dtype.hasobject:
+        raise TypeError(
+            f"the result {name!r} is a {type(value).__name__}, which cannot be kept: return numbers, texts and arrays."
+        )
+    return array[()]
 
 
 class Store(Protocol):

@@ -1,7 +1,7 @@
-"""One piece of work: what is asked, what comes back, and the queue of what is still to do.
+"""The queue of calls that are still to be made, and the calls themselves in a worker process.
 
-Points go out in chunks that last about a tenth of a second, so that thousands of short ones cost no more than their own time,
-and long ones go one by one. Points of one group (the same body, say) go to the same worker one after the other, which finds in
+Calls go out in chunks that last about a tenth of a second, so that thousands of short ones cost no more than their own time,
+and long ones go one by one. Calls of one group (the same body, say) go to the same worker one after the other, which finds in
 its caches what they share. Groups with the highest cost come first, so that no long one is left for the end.
 """
 
@@ -11,19 +11,12 @@ import pickle
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
-from flatpunch._support.readable import readable
-from flatpunch.parallel.threads import one_thread
-
-Numbers = Mapping[str, Any]
-"""Numbers, texts and arrays by name."""
-
-Function = Callable[[Any], Numbers]
+from flatpunch._support.threads import one_thread
 
 _BUDGET = 0.1
 """Seconds of work handed to a worker at once; half as many make it wait more often."""
@@ -31,91 +24,51 @@ _BUDGET = 0.1
 _one_at_a_time = threading.Lock()
 
 
-@readable
 @dataclass(frozen=True, slots=True)
-class Outcome:
-    """What became of a point.
+class Missing:
+    """What a call that returned nothing leaves: the reason."""
 
-    Attributes
-    ----------
-    numbers : mapping or None
-        Arrays and scalars by name; None where it failed.
-    reason : str
-        Why it failed, type and message of the exception; empty where it did not.
-    seconds : float
-        Time it took.
-
-    See Also
-    --------
-    flatpunch.parallel.Solved : Holds them by name.
-
-    Examples
-    --------
-    >>> from flatpunch.parallel import solve_points
-    >>> def inverse(x):
-    ...     return {"inverse": 1 / x}
-    >>> solved = solve_points(inverse, [4.0, 0.0], workers=1)
-    >>> print(solved[0].numbers["inverse"], solved[1].reason)
-    0.25 ZeroDivisionError: float division by zero
-    """
-
-    numbers: Numbers | None
-    reason: str = ""
-    seconds: float = 0.0
-
-    @property
-    def ok(self) -> bool:
-        """Whether there are numbers."""
-        return self.numbers is not None
+    reason: str
 
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A point on its way: its key, group and cost."""
+    """The number of a call, its group and cost."""
 
-    key: str
-    point: object
+    index: int
     group: Hashable = None
     cost: float = 1.0
 
 
-def solve_one(function: Function, point: object) -> Outcome:
-    """Call the function; an exception is the outcome of this point and of no other."""
-    start = time.perf_counter()
-    try:
-        numbers = {str(name): _plain(str(name), value) for name, value in function(point).items()}
-    except Exception as error:
-        return Outcome(None, f"{type(error).__name__}: {error}", time.perf_counter() - start)
-    return Outcome(numbers, "", time.perf_counter() - start)
+def call_chunk(work: bytes, packed: Sequence[bytes]) -> tuple[list[Any], float]:
+    """In a worker: call a pickled function with pickled arguments until the time for a chunk is over, at least once.
 
-
-def _plain(name: str, value: object) -> object:
-    """Return an array or NumPy scalar, as it will be read back from a file."""
-    array = np.asarray(value)
-    if array.dtype.hasobject:
-        raise TypeError(
-            f"the result {name!r} is a {type(value).__name__}, which cannot be kept: return numbers, texts and arrays."
-        )
-    return array[()]
-
-
-def call_packed(function: Function, packed: bytes) -> Numbers:
-    """Unpack a point where it is solved: one that cannot be unpacked is then a record like any other that fails."""
-    return function(pickle.loads(packed))
-
-
-def solve_chunk(function: Function, points: Sequence[object]) -> list[Outcome]:
-    """Solve points until the time for a chunk is over, at least one; the outcomes of those solved, in order.
-
-    One chunk at a time in a process: warnings and the threads of numerical libraries are settings of the whole process.
+    Returns what the calls returned, in order, or why they did not (`Missing`), and the seconds taken. One chunk at a time in a
+    process: warnings and the threads of numerical libraries are settings of the whole process.
     """
     with _one_at_a_time, one_thread():
-        start, found = time.perf_counter(), [solve_one(function, points[0])]
-        for point in points[1:]:
+        function = _loaded(work)
+        start, found = time.perf_counter(), [_called(function, packed[0])]
+        for argument in packed[1:]:
             if time.perf_counter() - start > _BUDGET:
                 break
-            found.append(solve_one(function, point))
-    return found
+            found.append(_called(function, argument))
+        return found, time.perf_counter() - start
+
+
+@lru_cache(maxsize=1)
+def _loaded(work: bytes) -> Callable[[Any], Any]:
+    """The function, unpickled once for all chunks: it carries what its calls have in common."""
+    function: Callable[[Any], Any] = pickle.loads(work)
+    return function
+
+
+def _called(function: Callable[[Any], Any], packed: bytes) -> Any:
+    """One that cannot be unpickled fails as any other."""
+    try:
+        return function(pickle.loads(packed))
+    except Exception as error:
+        return Missing(f"{type(error).__name__}: {error}")
 
 
 class Waiting:
@@ -133,8 +86,12 @@ class Waiting:
         self._groups = {name: deque(sorted(found, key=lambda item: -item.cost)) for name, found in ordered}
         self._group_of: dict[Hashable, Hashable] = {}
         self._suspects: deque[Item] = deque()
-        self._lost: dict[str, int] = {}
+        self._lost: dict[int, int] = {}
         self._workers, self._tries, self._seconds = workers, tries, _BUDGET
+
+    def __bool__(self) -> bool:
+        """Whether an item waits."""
+        return bool(self._groups or self._suspects)
 
     def take(self, worker: Hashable, *, suspects: bool = True) -> list[Item]:
         """Return the next items for a worker, none when nothing is left; a suspect goes alone, and only when the rest is out."""
@@ -148,6 +105,12 @@ class Waiting:
         if not queue:
             del self._groups[name]
         return taken
+
+    def take_one(self, worker: Hashable, *, suspects: bool) -> Item | None:
+        """Return the next item for a worker that makes a single call at a time."""
+        taken = self.take(worker, suspects=suspects)
+        self.give_back(taken[1:])
+        return taken[0] if taken else None
 
     def _group_for(self, worker: Hashable) -> tuple[Hashable, deque[Item]] | None:
         """The group it is at; or else the most costly one that no worker has; or else the one with the most items left."""
@@ -170,16 +133,16 @@ class Waiting:
         instead.
         """
         for item in items:
-            self._lost[item.key] = self._lost.get(item.key, 0) + alone
-        given_up = [item for item in items if self._lost[item.key] >= self._tries]
+            self._lost[item.index] = self._lost.get(item.index, 0) + alone
+        given_up = [item for item in items if self._lost[item.index] >= self._tries]
         self._suspects.extend(item for item in items if item not in given_up)
         return given_up
 
     def suspected(self, item: Item) -> bool:
         """Whether its worker was lost before."""
-        return item.key in self._lost
+        return item.index in self._lost
 
-    def learn(self, outcomes: Iterable[Outcome]) -> None:
-        """Take note of how long points last."""
-        for outcome in outcomes:
-            self._seconds += 0.2 * (max(outcome.seconds, 1e-6) - self._seconds)
+    def learn(self, calls: int, seconds: float) -> None:
+        """Take note of how long so many calls took together."""
+        for _ in range(calls):
+            self._seconds += 0.2 * (max(seconds / calls, 1e-6) - self._seconds)

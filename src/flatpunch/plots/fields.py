@@ -18,7 +18,7 @@ from flatpunch._support.prefixes import readable
 from flatpunch.compliance.stack import interfaces
 from flatpunch.fields import Strength, fields
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, HalfSpace, Medium, RigidBase, underlying
+from flatpunch.media import Body, underlying
 from flatpunch.plots.style import (
     BLUE,
     GREY,
@@ -187,8 +187,8 @@ def _quantity(result: xr.Dataset, quantity: str, strengths: Sequence[Strength | 
 
 
 def _faces(medium: Body | None) -> Array:
-    body = underlying(medium) if medium is not None else None
-    return interfaces(body) if isinstance(body, (Medium, HalfSpace)) else np.zeros(0)
+    body = underlying(medium).single if medium is not None else None
+    return interfaces(body) if body else np.zeros(0)
 
 
 def axis_stresses(
@@ -200,8 +200,8 @@ def axis_stresses(
     `fields`.
     """
     faces = _faces(medium)
-    body = underlying(medium)
-    if isinstance(body, Medium) and isinstance(body.base, RigidBase):
+    body = underlying(medium).single
+    if body and body.base.rigid:
         deepest = min(deepest, body.thickness)
     ends = [0.0, *[float(face) for face in faces if face < deepest], deepest]
     depth, drawn = [], []

@@ -12,16 +12,9 @@ from matplotlib.axes import Axes
 
 from flatpunch._support.checks import Array, non_negative
 from flatpunch._support.prefixes import readable
-from flatpunch.compliance import compliance
 from flatpunch.media import (
     Body,
-    ElasticBase,
-    FreeLayer,
-    GradedLayer,
-    Medium,
-    PowerLawHalfSpace,
-    RigidBase,
-    TwoBodies,
+    Stack,
     underlying,
 )
 from flatpunch.numerics.extents import ROOM
@@ -54,40 +47,27 @@ class Profile:
 
 def is_graded(medium: Body) -> bool:
     """Whether the modulus varies with depth other than by jumps."""
-    medium = underlying(medium)
-    if isinstance(medium, TwoBodies):
-        return any(is_graded(body) for body in medium.elastic)
-    if isinstance(medium, Medium):
-        return any(isinstance(layer, GradedLayer) for layer in medium.layers)
-    return isinstance(medium, PowerLawHalfSpace)
+    return medium.varies
 
 
-def profile(body: ElasticBase | Medium | PowerLawHalfSpace | RigidBase, reach: float) -> Profile:
+def profile(body: Stack, reach: float) -> Profile:
     """Modulus over depth of one body, down to `reach` [m] at least and past all its layers."""
-    layers = body.layers if isinstance(body, Medium) else ()
-    base = body.base if isinstance(body, Medium) else body
     top, pieces, faces = 0.0, [], []
-    for layer in layers:
-        z = np.linspace(0.0, layer.thickness, SAMPLES if isinstance(layer, GradedLayer) else 2)
-        if isinstance(layer, GradedLayer):
-            z = np.unique(np.concatenate([z, layer.breaks]))
-            young = layer.young_at(z)
-        else:
-            young = np.full_like(z, layer.young)
-        pieces.append((top + z, young))
+    for layer in body.layers:
+        z = np.linspace(0.0, layer.thickness, SAMPLES if layer.varies else 2)
+        z = np.unique(np.concatenate([z, layer.breaks]))
+        pieces.append((top + z, layer.young_at(z)))
         top += layer.thickness
-        faces.append((top, bool(layer.bonded)))
+        faces.append((top, bool(layer.face)))
     end = max(ROOM * top, reach)
-    if isinstance(base, ElasticBase):
-        pieces.append((np.array([top, end]), np.full(2, base.young)))
-    elif isinstance(base, PowerLawHalfSpace):
+    if not body.base.rigid:
         # the modulus of a power law is zero or infinite at the surface itself
-        z = np.linspace(0.0, end, SAMPLES + 1)[1:]
-        pieces.append((z, base.modulus * (z / base.depth) ** base.exponent))
-    return Profile(tuple(pieces), tuple(faces), end, isinstance(base, RigidBase))
+        z = np.linspace(0.0, end, SAMPLES + 1)[1:] if body.base.varies else np.array([top, end])
+        pieces.append((z, body.base.young_at(z)))
+    return Profile(tuple(pieces), tuple(faces), end, body.base.rigid)
 
 
-def plot_medium(medium: Body | FreeLayer, axes: Axes | None = None, *, contact_radius: float = 0.0) -> Axes:
+def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float = 0.0) -> Axes:
     """Draw Young's modulus over depth, with the faces of the layers: dashed where they slide or lift off.
 
     Of transversely isotropic bodies it is the modulus in the plane.
@@ -117,10 +97,8 @@ def plot_medium(medium: Body | FreeLayer, axes: Axes | None = None, *, contact_r
     ("Young's modulus $E$ (GPa)", 'depth $z$ (µm)')
     """
     axes = axes_or_new(axes)
-    body = medium.held_down if isinstance(medium, FreeLayer) else underlying(medium)
-    compliance(body)  # refuses what is no medium
-    pair = isinstance(body, TwoBodies)
-    bodies = [(body.upper, -1.0), (body.lower, 1.0)] if isinstance(body, TwoBodies) else [(body, 1.0)]
+    body = underlying(medium)
+    bodies = [(side, -1.0 if name == "upper" else 1.0) for name, side in body.sides]
     contact_radius = non_negative("contact_radius", contact_radius, unit="m")
     reach = ROOM * contact_radius or _own_length(body)
     profiles = [(profile(body, reach), sign) for body, sign in bodies]
@@ -136,13 +114,13 @@ def plot_medium(medium: Body | FreeLayer, axes: Axes | None = None, *, contact_r
         logarithmic(axes, "x")
     else:
         axes.set_xlim(0, HEADROOM * float(moduli.max()) * young_factor)
-    low = -profiles[0][0].end * factor if pair else 0.0
+    low = -profiles[0][0].end * factor if body.pair else 0.0
     axes.set_ylim(profiles[-1][0].end * factor, low)
-    if pair:
+    if body.pair:
         axes.axhline(0, color="black", linewidth=THIN)
-    _mark_contact(contact_radius * factor, pair, axes)
+    _mark_contact(contact_radius * factor, body.pair, axes)
     axes.set_xlabel(f"Young's modulus $E$ ({young_unit})")
-    axes.set_ylabel(f"depth $z$ ({unit})" + (", upper body above 0" if pair else ""))
+    axes.set_ylabel(f"depth $z$ ({unit})" + (", upper body above 0" if body.pair else ""))
     axes.set_title("Modulus over depth")
     return axes
 

@@ -12,7 +12,7 @@ from flatpunch.fit.elastic.model import method_for
 from flatpunch.fit.parameters.scaling import parameter_names, scaling, value_of
 from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media import Body
 
 _MOST_COORDINATES = 2
 """Free parameters that change the shape of the force curve; with three, the table in the file would have millions of numbers."""
@@ -73,12 +73,11 @@ def parts_of(
 
 
 def _entries(medium: Body, indenter: Indenter) -> list[Entry]:
-    plain = isinstance(medium, HalfSpace) or (
-        isinstance(medium, Medium) and isinstance(medium.base, (HalfSpace, RigidBase))
-    )
+    stack = medium.single
+    plain = stack and (stack.base.rigid or stack.base.isotropic) and all(layer.isotropic for layer in stack.layers)
     names = parameter_names(medium, indenter)
     top = next((name for name in names if name.endswith("young")), None)
-    if not plain or top is None or any(not isinstance(layer, Layer) for layer in getattr(medium, "layers", ())):
+    if not plain or top is None:
         raise ValueError("a model file needs homogeneous layers on a rigid base or a half-space.")
     entries = [Entry("E", top, "Young's Modulus", "Pa", value_of(medium, indenter, top), True)]
     if "layers[0].thickness" in names:

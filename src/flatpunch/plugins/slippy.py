@@ -188,8 +188,8 @@ def write_slippy_material(
     z = values("depths", depths, unit="m") if np.size(depths) else np.zeros(0)
     stored = io.BytesIO()
     green = kernels.influence_coefficients(medium, spacing, (cells + 1, cells + 1)) if cells else np.zeros((0, 0))
-    layers = getattr(medium, "layers", ())
-    longest, shortest = (f([layer.thickness for layer in layers] or [1.0]) for f in (sum, min))
+    thicknesses = [layer.thickness for _, body in medium.sides for layer in body.layers] or [1.0]
+    longest, shortest = sum(thicknesses), min(thicknesses)
     low, high = -np.log(_BEYOND * longest), np.log(_BEYOND / shortest)
     s = np.linspace(low, high, int((high - low) * _PER_UNIT) + 1)
     surface, stress = _surface(medium, np.exp(s)), _stress(medium, np.exp(s), z)

@@ -14,8 +14,8 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliance.stack import attenuation, interfaces
-from flatpunch.fields.bodies import Layered, Located, located
-from flatpunch.media import Body, Medium, RigidBase, TwoBodies
+from flatpunch.fields.bodies import Located, located
+from flatpunch.media import Body
 from flatpunch.sensitivity.gradient import Gradient
 from flatpunch.sensitivity.spectrum import energy_shares
 
@@ -49,7 +49,6 @@ def depth_sensitivity(medium: Body, found: list[Gradient], wanted: Array | None)
 
 def _of_contact(gradient: Gradient, at: Located) -> Array:
     assert gradient.spectrum is not None
-    assert isinstance(at.body, Layered)
     found = np.empty(at.depth.size)
     order = np.argsort(at.depth)
     while order.size:
@@ -77,14 +76,12 @@ def _check_shallow(z: Array, radius: float) -> None:
 
 def _chosen(medium: Body, narrowest: float, widest: float) -> Iterator[Located]:
     """Depths in each layer, both faces included, of each body."""
-    bodies = [(medium.upper, True), (medium.lower, False)] if isinstance(medium, TwoBodies) else [(medium, False)]
-    for body, upper in bodies:
-        if isinstance(body, RigidBase):
+    for name, body in medium.sides:
+        if body.rigid:
             continue
-        assert isinstance(body, Layered)
         faces = interfaces(body)
         ends = [float(face) for face in faces]
-        if not (isinstance(body, Medium) and isinstance(body.base, RigidBase)):
+        if not body.base.rigid:
             # contact radii down to which depths are chosen where none are given
             ends.append(max(10.0 * widest, 2 * (ends[-1] if ends else 0.0)))
         first = min(_FIRST * narrowest, ends[0] / 2)
@@ -97,4 +94,4 @@ def _chosen(medium: Body, narrowest: float, widest: float) -> Iterator[Located]:
                 depths.append(np.geomspace(max(start, first), end, count))
                 layers.append(np.full(count, i))
         depth = np.concatenate(depths)
-        yield Located(body, np.arange(depth.size), depth, np.concatenate(layers), upper)
+        yield Located(body, np.arange(depth.size), depth, np.concatenate(layers), name == "upper")

@@ -19,7 +19,7 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import RoundShape
-from flatpunch.media import Body, PowerLawHalfSpace, TwoBodies, underlying
+from flatpunch.media import Body, underlying
 from flatpunch.media.paths import with_values
 from flatpunch.sensitivity import cells
 from flatpunch.sensitivity import round as discs
@@ -171,8 +171,7 @@ def _on_cells(
 
 def has_power_law(medium: Body) -> bool:
     """Whether a body is a power-law half-space, which the wave solution does not divide by depth."""
-    bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
-    return any(isinstance(body, PowerLawHalfSpace) for body in bodies)
+    return medium.power_law is not None
 
 
 def _by_power_law(

@@ -16,21 +16,13 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.numbers import numbers_of
 from flatpunch.media import (
+    AnyLayer,
     Body,
     Constant,
     DepthTable,
-    ElasticBase,
-    GradedLayer,
-    Interface,
-    Medium,
-    PowerLawHalfSpace,
-    RigidBase,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-    TwoBodies,
+    Stack,
 )
 from flatpunch.media.laws import Law
-from flatpunch.media.transverse import CONSTANTS
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -108,16 +100,11 @@ def parameters(medium: Body, indenter: object) -> list[Parameter]:
 def medium_parameters(medium: Body) -> list[Parameter]:
     """All numbers of a medium that can be varied."""
     found = []
-    if isinstance(medium, TwoBodies):
-        elastic = 0
-        for side in ("upper", "lower"):
-            body = getattr(medium, side)
-            if not isinstance(body, RigidBase):
-                found += _body_parameters(body, f"{side}.", elastic)
-                elastic += 1
-        # two power-law half-spaces share their exponent: neither varies alone
-        return [each for each in found if elastic < 2 or each.kind != "exponent"]
-    return _body_parameters(medium, "", 0)
+    sides = [(name, body) for name, body in medium.sides if not body.rigid]
+    for index, (name, body) in enumerate(sides):
+        found += _body_parameters(body, f"{name}." if name else "", index)
+    # two power-law half-spaces share their exponent: neither varies alone
+    return [each for each in found if len(sides) < 2 or each.kind != "exponent"]
 
 
 def difference(function: Callable[[float], Array], value: float, step: float) -> Array:
@@ -160,55 +147,34 @@ def difference_and_error(function: Callable[[float], Array], value: float, step:
     return best
 
 
-def _body_parameters(body: object, prefix: str, index: int) -> list[Parameter]:
+def _body_parameters(body: Stack, prefix: str, index: int) -> list[Parameter]:
     found: list[Parameter] = []
-    layers = body.layers if isinstance(body, Medium) else ()
-    for i, layer in enumerate(layers):
+    for i, layer in enumerate(body.layers):
         name = f"{prefix}layers[{i}]"
-        if isinstance(layer, GradedLayer):
+        if layer.varies:
             found += _law_parameters(layer, name, index, i)
         else:
             found += [
                 Parameter(f"{name}.{kind}", getattr(layer, kind), UNITS.get(kind, ""), index, i, kind)
-                for kind in (*_constants(layer), "thickness")
+                for kind in (*layer.numbers, "thickness")
             ]
-        if isinstance(layer.bonded, Interface):
-            found += [
-                Parameter(f"{name}.bonded.{kind}", value, "Pa/m", index, i, f"{kind} spring")
-                for kind in ("normal", "shear")
-                if (value := getattr(layer.bonded, kind))
-            ]
-    base = body.base if isinstance(body, Medium) else body
-    if isinstance(base, ElasticBase):
         found += [
-            Parameter(f"{prefix}base.{kind}", getattr(base, kind), UNITS.get(kind, ""), index, len(layers), kind)
-            for kind in _constants(base)
+            Parameter(f"{name}.bonded.{kind}", value, "Pa/m", index, i, f"{kind} spring")
+            for kind, value in (("normal", layer.face.normal), ("shear", layer.face.shear))
+            if value
         ]
-    if isinstance(base, PowerLawHalfSpace):
-        found += [
-            Parameter(
-                f"{prefix}base.{kind}",
-                getattr(base, kind),
-                UNITS.get(kind, ""),
-                index,
-                0,
-                kind,
-                step=_step(getattr(base, kind)),
-            )
-            for kind in ("modulus", "depth", "exponent", "poisson")
-        ]
+    for kind in body.base.numbers:
+        value = getattr(body.base, kind)
+        # by differences, not from waves
+        step = _step(value) if body.power_law else 0.0
+        unit = UNITS.get(kind, "")
+        found.append(Parameter(f"{prefix}base.{kind}", value, unit, index, len(body.layers), kind, step=step))
     return found
 
 
-def _constants(body: object) -> tuple[str, ...]:
-    """Names of the elastic constants of a homogeneous layer or base."""
-    anisotropic = isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace))
-    return CONSTANTS if anisotropic else ("young", "poisson")
-
-
-def _law_parameters(layer: GradedLayer, name: str, index: int, part: int) -> list[Parameter]:
+def _law_parameters(layer: AnyLayer, name: str, index: int, part: int) -> list[Parameter]:
     found = []
-    for kind in layer.laws:
+    for kind in layer.numbers:
         law = getattr(layer, kind)
         if isinstance(law, Constant):
             found.append(

@@ -21,19 +21,10 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance import Kernel
 from flatpunch.compliance.derivatives import PartDerivatives, compliance_derivatives, energy_density
-from flatpunch.fields.bodies import Layered
 from flatpunch.media import (
     Body,
-    ElasticBase,
-    GradedLayer,
-    HalfSpace,
-    Layer,
-    Medium,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-    TwoBodies,
+    Stack,
 )
-from flatpunch.media.transverse import constants_of, surface_slopes
 from flatpunch.sensitivity.parameters import Parameter, difference
 
 
@@ -56,10 +47,9 @@ class Spectrum:
     totals: Array
 
 
-def elastic_bodies(medium: Body) -> list[Layered]:
+def elastic_bodies(medium: Body) -> list[Stack]:
     """The deformable bodies of a medium, upper first."""
-    bodies = medium.elastic if isinstance(medium, TwoBodies) else (medium,)
-    return [body for body in bodies if isinstance(body, ElasticBase | Medium)]
+    return [body for body in medium.elastic if not body.power_law]
 
 
 def by_medium(medium: Body, kernel: Kernel, spectrum: Spectrum, wanted: list[Parameter]) -> Array:
@@ -79,7 +69,7 @@ def by_medium(medium: Body, kernel: Kernel, spectrum: Spectrum, wanted: list[Par
     return result
 
 
-def energy_shares(body: Layered, spectrum: Spectrum, depth: Array, layer: Indices, functional: int = 0) -> Array:
+def energy_shares(body: Stack, spectrum: Spectrum, depth: Array, layer: Indices, functional: int = 0) -> Array:
     """d(functional)/dln E(z) per length at depths of the given layers of one body, shape (nz,)."""
     return np.asarray(-spectrum.weights[functional] @ energy_density(body, spectrum.k, depth, layer))
 
@@ -115,23 +105,9 @@ def law_change(parameter: Parameter, depths: Array) -> Array:
     return difference(lambda value: np.asarray(make(value)(depths)), parameter.value, parameter.step)
 
 
-def _surface_change(parameter: Parameter, body: Layered) -> float:
+def _surface_change(parameter: Parameter, body: Stack) -> float:
     """d ln E* at the surface of a body by one of its numbers in the top layer, or the base if there is none."""
     if parameter.kind == "thickness" or parameter.kind.endswith("spring"):
         return 0.0
-    top: object = body.layers[0] if isinstance(body, Medium) and body.layers else body
-    if isinstance(top, Medium):
-        top = top.base
-    if isinstance(top, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
-        return surface_slopes(constants_of(top))[parameter.kind]
-    if isinstance(top, GradedLayer):
-        constants = tuple(float(each) for each in top.constants_at(np.zeros(())))
-        kinds = top.laws
-    else:
-        assert isinstance(top, (Layer, HalfSpace))
-        constants, kinds = (top.young, top.poisson), ("young", "poisson")
     change = 1.0 if parameter.law is None else float(law_change(parameter, np.zeros(1))[0])
-    if len(constants) == 2:
-        young, nu = constants
-        return change / young if parameter.kind == "young" else change * 2 * nu / (1 - nu * nu)
-    return change * dict(zip(kinds, surface_slopes(constants).values(), strict=True))[parameter.kind]
+    return change * body.parts[0].surface_slope(parameter.kind)

@@ -18,6 +18,7 @@ from flatpunch.app.limits import DRAWN
 from flatpunch.app.plain import case_of, plain, short
 from flatpunch.app.problems import CALLED, explained
 from flatpunch.app.saved import file_bytes
+from flatpunch.compliance.stack import interfaces
 from flatpunch.fields import Strength
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import parsed
@@ -33,7 +34,7 @@ from flatpunch.files.stresses import (
 )
 from flatpunch.files.summary import spread
 from flatpunch.files.units import text
-from flatpunch.media import Medium, underlying
+from flatpunch.media import underlying
 from flatpunch.sweeps import sweep, table
 from flatpunch.sweeps.axes import axes_of
 from flatpunch.sweeps.failure import KINDS, is_map, map_figure
@@ -97,8 +98,8 @@ def section(case: Case, found: Stresses, quantity: str) -> Plain | None:
     x, z = plane
     across, down = (spread(axis.size, most) for axis, most in zip((x, z), DRAWN.section, strict=True))
     values = _values(found, quantity)[np.ix_(across, down)].T
-    body = underlying(case.medium)
-    faces = np.cumsum([layer.thickness for layer in body.layers]) if isinstance(body, Medium) else np.zeros(0)
+    body = underlying(case.medium).single
+    faces = interfaces(body) if body else np.zeros(0)
     return {
         "x": [plain(float(x[0])), plain(float(x[-1]))],
         "z": [plain(float(z[0])), plain(float(z[-1]))],

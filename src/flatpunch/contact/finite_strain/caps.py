@@ -45,7 +45,7 @@ from flatpunch.contact.finite_strain.tables import (
 )
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, Sphere
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media import Body, HalfSpace, Layer, Medium, RigidBase
 
 STEP = 1e-4
 """Relative step of the difference that gives the derivative by the depth."""
@@ -153,7 +153,7 @@ class Capped:
         return ratio, error
 
 
-def place_of(medium: object, indenter: object) -> Place:
+def place_of(medium: Body, indenter: object) -> Place:
     """Place of a case in the tables; BadValue if they do not hold it."""
     if isinstance(indenter, Sphere):
         return sphere_place(indenter.radius, *layer_of(medium))

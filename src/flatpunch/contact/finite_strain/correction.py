@@ -13,18 +13,18 @@ from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.contact.finite_strain.places import NEO_HOOKEAN, SETTLED, Place
-from flatpunch.media import FreeLayer
+from flatpunch.media import Body, underlying
 
 ITERATIONS = 30
 """Most steps of Newton's method."""
 
 
-def checked(name: str | None, medium: object, indenter: object, control: str) -> Place | None:
+def checked(name: str | None, medium: Body, indenter: object, control: str) -> Place | None:
     """Place of a case in the table, or None where no law is asked for; refuses what cannot be corrected."""
     if name is None:
         return None
     one_of("finite_strain", name, (NEO_HOOKEAN,), "None is linear theory.")
-    if isinstance(medium, FreeLayer):
+    if underlying(medium).free:
         raise BadValue("finite_strain", repr(name), "does not go with a FreeLayer, which lifts off.")
     if control == "radius":
         raise BadValue(
@@ -95,7 +95,7 @@ def _in_table(place: Place, control: Control, depth: Array) -> None:
         )
 
 
-def overestimate(medium: object, indenter: object, depth: Array) -> str | None:
+def overestimate(medium: Body, indenter: object, depth: Array) -> str | None:
     """What linear theory is off by at the largest depth, as the end of a note; None outside the table."""
     try:
         place = place_of(medium, indenter)

@@ -23,7 +23,7 @@ from flatpunch.contact.finite_strain.tables import (
 )
 from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, angular_rule
 from flatpunch.indenters.shapes.facets import face_gradients
-from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from flatpunch.media import Body
 
 NEO_HOOKEAN = "neo-hookean"
 """W = mu/2 (I - 3) + kappa/2 (J - 1)^2 with I = J^(-2/3) tr F^T F."""
@@ -167,14 +167,15 @@ def of_angle(angle: float) -> float:
     return min(max(y, 0.0), 1.0)
 
 
-def layer_of(medium: object) -> tuple[float, float]:
+def layer_of(medium: Body) -> tuple[float, float]:
     """Poisson ratio and thickness of a half-space, or of one layer bonded to a rigid base."""
-    if isinstance(medium, HalfSpace):
-        return medium.poisson, math.inf
-    if isinstance(medium, Medium) and len(medium.layers) == 1 and isinstance(medium.base, RigidBase):
-        layer = medium.layers[0]
-        if isinstance(layer, Layer) and layer.bonded is True:
-            return layer.poisson, layer.thickness
+    stack = medium.single
+    if stack and stack.isotropic:
+        return stack.isotropic[1], math.inf
+    if stack and len(stack.layers) == 1 and stack.base.rigid:
+        layer = stack.layers[0]
+        if layer.isotropic and layer.bonded is True:
+            return layer.isotropic[1], layer.thickness
     raise BadValue(
         "finite_strain",
         repr(NEO_HOOKEAN),

@@ -3,31 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import Any
+from typing import Any, TypeVar
 
 from flatpunch._support.checks import shown
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import (
-    Body,
-    GradedLayer,
-    HalfSpace,
-    Layer,
-    Medium,
-    Prony,
-    RigidBase,
-    StandardLinearSolid,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
-from flatpunch.media.transverse import scaled
+from flatpunch.media import Body, Material, Medium, Prony, Stack, StandardLinearSolid
+
+M = TypeVar("M", bound=Material)
 
 Relaxations = tuple[Prony | None, ...]
 
 
-def relaxations(medium: Medium, given: Sequence[object]) -> Relaxations:
+def relaxations(medium: Stack, given: Sequence[object]) -> Relaxations:
     """One Prony series or None for each layer and the base, checked."""
-    rigid = isinstance(medium.base, RigidBase)
+    rigid = medium.base.rigid
     count = len(medium.layers) + (0 if rigid else 1)
     entries = list(given)
     if len(entries) != count:
@@ -44,8 +33,7 @@ def relaxations(medium: Medium, given: Sequence[object]) -> Relaxations:
                 f"relaxation[{i}] = {shown(entry)} must be a Prony series, a StandardLinearSolid or None: layers of different "
                 "relaxation are solved with exponentials."
             )
-        body = medium.layers[i] if i < len(medium.layers) else medium.base
-        if entry is not None and isinstance(body, GradedLayer):
+        if entry is not None and medium.parts[i].varies:
             raise TypeError(
                 f"relaxation[{i}] belongs to a GradedLayer, which is elastic here; give it as homogeneous layers."
             )
@@ -55,11 +43,12 @@ def relaxations(medium: Medium, given: Sequence[object]) -> Relaxations:
     return tuple(found)
 
 
-def check_each(medium: Body, indenter: Indenter, method: Any, given: Sequence[object]) -> Relaxations:
-    """The relaxations of each layer and the base, refused where they are not solved."""
+def check_each(medium: Body, indenter: Indenter, method: Any, given: Sequence[object]) -> tuple[Stack, Relaxations]:
+    """The stack, and the relaxations of each layer and the base, refused where they are not solved."""
     if method is not None and method.name != "exact":
         raise ValueError("method is not chosen with one relaxation for each layer, which is solved for round tips.")
-    if not isinstance(medium, Medium):
+    stack = medium.single
+    if not stack or not stack.layers:
         raise TypeError(
             f"relaxation is a list, which goes with a Medium: one entry for each layer and the base. medium = {shown(medium)}."
         )
@@ -68,20 +57,14 @@ def check_each(medium: Body, indenter: Indenter, method: Any, given: Sequence[ob
             f"indenter = {type(indenter).__name__} is not round, and relaxation for each layer is solved for round tips; give "
             "one relaxation of the whole, or a round tip."
         )
-    return relaxations(medium, given)
+    return stack, relaxations(stack, given)
 
 
-def with_moduli(medium: Medium, factors: Sequence[float]) -> Medium:
+def with_moduli(medium: Stack, factors: Sequence[float]) -> Medium:
     """The medium with the moduli of each layer and the base multiplied."""
     layers = [_times(layer, factor) for layer, factor in zip(medium.layers, factors, strict=False)]
-    base = medium.base if isinstance(medium.base, RigidBase) else _times(medium.base, factors[-1])
-    return Medium(layers, base)
+    return Medium(layers, medium.base if medium.base.rigid else _times(medium.base, factors[-1]))
 
 
-def _times(body: Any, factor: float) -> Any:
-    if factor == 1:
-        return body
-    if isinstance(body, (TransverselyIsotropicLayer, TransverselyIsotropicHalfSpace)):
-        return scaled(body, factor)
-    assert isinstance(body, (Layer, HalfSpace))
-    return replace(body, young=factor * body.young)
+def _times(part: M, factor: float) -> M:
+    return part if factor == 1 else part.times(factor)

@@ -30,8 +30,8 @@ from flatpunch.contact.viscoelastic.each_layer import Relaxations, with_moduli
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
     HalfSpace,
-    Medium,
     Prony,
+    Stack,
 )
 from flatpunch.numerics.gauss import gauss
 
@@ -79,7 +79,7 @@ class _Flexibility:
 
     @classmethod
     def of(
-        cls, medium: Medium, relaxing: Relaxations, radius: float, span: float, rings: int, per_decade: int
+        cls, medium: Stack, relaxing: Relaxations, radius: float, span: float, rings: int, per_decade: int
     ) -> _Flexibility:
         width = radius / rings
         x = width * (np.arange(rings, dtype=float) + 0.5)
@@ -107,7 +107,7 @@ class _Flexibility:
         return cls(x, width, times, matrices)
 
 
-def _wavenumbers(medium: Medium, radius: float) -> tuple[Array, Array]:
+def _wavenumbers(medium: Stack, radius: float) -> tuple[Array, Array]:
     """Gauss nodes and weights over all wavenumbers at which layers add to the surface material."""
     kernel = compliance(medium)
     last = kernel.cutoff / kernel.length
@@ -227,7 +227,7 @@ def _edge(flexibility: _Flexibility, state: _State) -> float:
 class _Case:
     """A history, with rings up to the `largest` radius [m]."""
 
-    medium: Medium
+    medium: Stack
     indenter: Indenter
     control: Control
     time: Array
@@ -236,7 +236,7 @@ class _Case:
 
 
 def solve_layered(
-    medium: Medium, indenter: Indenter, control: Control, time: Array, relaxing: Relaxations, phi: Array
+    medium: Stack, indenter: Indenter, control: Control, time: Array, relaxing: Relaxations, phi: Array
 ) -> Curve:
     """Follow a history of depths [m] or forces [N] at ascending times [s], linear in between, of a round tip.
 
@@ -310,7 +310,7 @@ class _Response:
 
 
 def _largest_radius(
-    medium: Medium, indenter: Indenter, control: Control, instant: list[float], relaxing: Relaxations, time: Array
+    medium: Stack, indenter: Indenter, control: Control, instant: list[float], relaxing: Relaxations, time: Array
 ) -> float:
     """Largest contact radius that elastic bodies with the first and the last moduli have [m]."""
     if indenter.flat:

@@ -18,7 +18,7 @@ from flatpunch.contact.viscoelastic.elastic import Column, ElasticCurve, Solve, 
 from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
 from flatpunch.contact.viscoelastic.response import Response
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, ElasticBase, Interface, Medium, PowerLawHalfSpace, RigidBase, underlying
+from flatpunch.media import Body, underlying
 from flatpunch.media.relaxation import Relaxation
 
 
@@ -75,13 +75,13 @@ def solve(
         elastic = elastic_curve(method, kernel, indenter, deepest, phi)
         response = depth_of_force(time, control.values, relaxation, elastic, deepest)
     curve = _curve(time, response, elastic, relaxation, phi)
-    return replace(curve, notes=(*curve.notes, *_of_springs(underlying(medium))))
+    return replace(curve, notes=(*curve.notes, *_of_springs(medium)))
 
 
-def _of_springs(medium: object) -> tuple[str, ...]:
+def _of_springs(medium: Body) -> tuple[str, ...]:
     """Note that springs of interfaces relax, if there are any."""
-    layers = medium.layers if isinstance(medium, Medium) else ()
-    if not any(isinstance(layer.bonded, Interface) and layer.bonded != Interface() for layer in layers):
+    faces = [layer.face for _, body in medium.sides for layer in body.layers]
+    if not any(face.normal or face.shear for face in faces):
         return ()
     return (
         "The springs of the interfaces relax like the layers: one relaxation multiplies the whole response. A list of one for "
@@ -92,9 +92,8 @@ def _of_springs(medium: object) -> tuple[str, ...]:
 def check_medium(medium: Body) -> None:
     """Refuse bodies whose compliance changes its shape with time."""
     medium = underlying(medium)
-    alike = isinstance(medium, ElasticBase | PowerLawHalfSpace) or (
-        isinstance(medium, Medium) and (isinstance(medium.base, RigidBase) or not medium.layers)
-    )
+    stack = medium.single
+    alike = stack and (stack.base.rigid or not stack.layers)
     if not alike:
         raise ValueError(
             f"relaxation goes with a half-space or with layers on a RigidBase, not with this {type(medium).__name__}: on an "

@@ -15,8 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance.depth import waves_at
-from flatpunch.compliance.stack import Body
+from flatpunch.compliance.depth import decaying_waves
 from flatpunch.compliance.transverse import Solid
 from flatpunch.fields.axisymmetric.radial import (
     NORMAL_ORDERS,
@@ -26,14 +25,8 @@ from flatpunch.fields.axisymmetric.radial import (
     normal_waves,
     shear_waves,
 )
-from flatpunch.media import (
-    GradedLayer,
-    Medium,
-    PowerLawHalfSpace,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
-from flatpunch.media.transverse import constants_of
+from flatpunch.media import Stack
+from flatpunch.media.plane import Plane, over
 
 _CLOSE, _CIRCLE, _POINTS = 1e-3, 0.1, 16
 """Difference of the rates over their mean below which the circle is taken, its radius over the mean, and its points, which leave
@@ -44,21 +37,10 @@ _SHEAR = tuple(zip(SHEAR_ORDERS, (0, 0, 0, 1, 1, 1, 1, 1, 1), strict=True))
 """Bessel order and power of k of each function: displacements have one power less."""
 
 
-def surface_part(body: Body | PowerLawHalfSpace) -> SurfacePart | AnisotropicPart:
+def surface_part(body: Stack) -> SurfacePart | AnisotropicPart:
     """The part close to the surface of a body that is taken in closed form."""
-    top: object = body
-    if isinstance(body, Medium):
-        top = body.layers[0] if body.layers else body.base
-    if isinstance(top, TransverselyIsotropicLayer):
-        return AnisotropicPart(TransverselyIsotropicHalfSpace(*constants_of(top)))
-    if isinstance(top, GradedLayer) and top.anisotropic:
-        return AnisotropicPart(
-            TransverselyIsotropicHalfSpace(*(float(each) for each in top.constants_at(np.zeros(()))))
-        )
-    if isinstance(top, TransverselyIsotropicHalfSpace):
-        return AnisotropicPart(top)
-    assert not isinstance(body, TransverselyIsotropicHalfSpace)
-    return SurfacePart.of(body)
+    top = body.parts[0]
+    return AnisotropicPart(top.plane) if top.anisotropic else SurfacePart.of(body)
 
 
 @dataclass(frozen=True)
@@ -67,19 +49,24 @@ class AnisotropicPart:
 
     Attributes
     ----------
-    half_space : TransverselyIsotropicHalfSpace
-        Body whose fields these are: of the material at the surface.
+    material : Plane
+        Coefficients of the material at the surface; the fields are those of a half-space of it.
     """
 
-    half_space: TransverselyIsotropicHalfSpace
+    material: Plane[float]
 
     @cached_property
     def _solid(self) -> Solid:
-        return Solid.of(self.half_space, self.half_space.shear)
+        return Solid(over(self._shear, self.material))
+
+    @property
+    def _shear(self) -> float:
+        """Scale of the stresses [Pa]."""
+        return 1 / self.material.shear
 
     def amplitudes(self, k: Array, z: Array, shear: bool) -> Array:
         """The part under unit load waves, shape (6 or 15, nk, nz)."""
-        waves = waves_at(self.half_space, k, z, np.zeros(z.size, dtype=int), shear=shear)
+        waves = decaying_waves(self.material, k, z, shear=shear)
         normal = normal_waves(waves, k)
         return np.concatenate([normal, shear_waves(waves, k)]) if shear else normal
 
@@ -94,7 +81,7 @@ class AnisotropicPart:
             _add(result[6:], functions[rows, 0], _SHEAR, integrals)
         if shear:
             rate, impedance = self._solid.sideways
-            u, lt = -1 / (impedance * self.half_space.shear), -self._solid.plane.across / impedance
+            u, lt = -1 / (impedance * self._shear), -self._solid.plane.across / impedance
             sideways = np.array([u, -u, 0.0, 1.0, -1.0, 0.0, 0.0, lt, -lt])
             _add(result[6:], sideways, _SHEAR, load.integrals(r, rate * z))
         return result
@@ -102,7 +89,7 @@ class AnisotropicPart:
     @cached_property
     def _functions(self) -> Array:
         """The six functions of the tractions of one decaying field, shape (6, 2)."""
-        plane, scale = self._solid.plane, self.half_space.shear
+        plane, scale = self._solid.plane, self._shear
         fields = np.concatenate([self._solid.flexibility, np.eye(2)])
         along, szz = fields[0], fields[3]
         return np.stack(

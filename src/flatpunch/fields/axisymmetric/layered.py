@@ -16,12 +16,12 @@ import scipy
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliance.power_law_depth import power_law_waves
-from flatpunch.compliance.stack import Body, interfaces
+from flatpunch.compliance.stack import interfaces
 from flatpunch.fields.axisymmetric.anisotropic import surface_part
 from flatpunch.fields.axisymmetric.panels import REACH, Load, Points, nodes_in_depth, nodes_in_radius, panels_in_depth
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, normal_waves, shear_waves
 from flatpunch.fields.axisymmetric.wave_table import waves_between
-from flatpunch.media import Medium, PowerLawHalfSpace
+from flatpunch.media import Stack
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch import UnresolvedLayer
 
@@ -38,15 +38,15 @@ _SHARED = 1.5
 """Largest ratio of distances within a panel, whose points share their wavenumbers."""
 
 
-def split_off(medium: Body | PowerLawHalfSpace, load: Load, z: Array, layer: Indices) -> Flags:
+def split_off(medium: Stack, load: Load, z: Array, layer: Indices) -> Flags:
     """Points at which a part in closed form is split off, which `layered_part` therefore leaves out."""
-    if isinstance(medium, PowerLawHalfSpace):
+    if medium.power_law:
         return np.asarray(z <= load.shallow)
     return np.asarray(layer == 0)
 
 
 def layered_part(
-    medium: Body | PowerLawHalfSpace,
+    medium: Stack,
     load: Load,
     r: Array,
     z: Array,
@@ -58,7 +58,7 @@ def layered_part(
 
     Parameters
     ----------
-    medium : HalfSpace, TransverselyIsotropicHalfSpace, Medium or PowerLawHalfSpace
+    medium : Stack
         The body.
     load : Load
         Round pressure.
@@ -78,10 +78,9 @@ def layered_part(
     """
     count = 6 + (9 if shear else 0)
     result = np.zeros((count, r.size))
-    if isinstance(medium, Medium):
-        # points on an interface may be outside their layer by rounding
-        tops = np.concatenate([[0.0], interfaces(medium), [np.inf]])
-        z = np.clip(z, tops[layer], tops[layer + 1])
+    # points on an interface may be outside their layer by rounding
+    tops = np.concatenate([[0.0], interfaces(medium), [np.inf]])
+    z = np.clip(z, tops[layer], tops[layer + 1])
     for group in panels_in_depth(medium, load, r, z, layer):
         _fill(result, medium, load, group, r, z, shear, reach)
     return result[:6], result[6:] if shear else None
@@ -89,7 +88,7 @@ def layered_part(
 
 def _fill(
     result: Array,
-    medium: Body | PowerLawHalfSpace,
+    medium: Stack,
     load: Load,
     parts: list[Points],
     r: Array,
@@ -128,7 +127,7 @@ def _fill(
 
 
 def _spectra(
-    medium: Body | PowerLawHalfSpace,
+    medium: Stack,
     load: Load,
     layer: Indices,
     z: Array,
@@ -151,7 +150,7 @@ def _spectra(
             f"{text(REACH / last, 'm')} over which the fields of the layers vary; their integrals need too many wavenumbers. "
             "Check the units, or leave out the thin layer."
         )
-    longest = max(medium.thickness, load.radius) if isinstance(medium, Medium) else load.radius
+    longest = max(medium.thickness, load.radius)
     k, weight = wavenumbers(last, extent, longest)
     if windowed:
         weight = weight * scipy.special.erfc((k * gap - _WINDOW[0]) / _WINDOW[1]) / 2
@@ -166,10 +165,10 @@ def _spectra(
         yield k[some], weight[some], fields
 
 
-def amplitudes(body: Body | PowerLawHalfSpace, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
+def amplitudes(body: Stack, k: Array, z: Array, layer: Indices, shear: bool) -> Array:
     """Amplitudes of all functions under unit load waves, shape (functions, nk, nz)."""
-    if isinstance(body, PowerLawHalfSpace):
-        waves = power_law_waves(body, k, z)
+    if law := body.power_law:
+        waves = power_law_waves(law, k, z)
     else:
         waves = waves_between(body, k, z, layer, shear=shear)
     normal = normal_waves(waves, k)

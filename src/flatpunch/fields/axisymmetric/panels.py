@@ -11,8 +11,8 @@ import scipy
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance.stack import Body, attenuation, fastest_rate, interfaces
-from flatpunch.media import GradedLayer, Medium, PowerLawHalfSpace
+from flatpunch.compliance.stack import attenuation, fastest_rate, interfaces
+from flatpunch.media import Stack
 
 REACH, SECOND_REACH = 36.0, 30.0
 """k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding, exp(-30) (kl)^2 is 1e-10. The second is
@@ -86,13 +86,11 @@ class Points:
     faded: bool = False
 
 
-def panels_in_depth(
-    body: Body | PowerLawHalfSpace, load: Load, r: Array, z: Array, layer: Indices
-) -> Iterator[list[Points]]:
+def panels_in_depth(body: Stack, load: Load, r: Array, z: Array, layer: Indices) -> Iterator[list[Points]]:
     """All points in panels, by groups that share their wavenumbers; none where nothing is left but the closed form."""
-    if isinstance(body, PowerLawHalfSpace):
+    if body.power_law:
         yield from ([part] for part in _by_distance(_octaves(load, z), load, r, z))
-    elif isinstance(body, Medium) and body.layers:
+    elif body.layers:
         layers = (_in_layer(body, load, int(i), layer, z) for i in np.unique(layer))
         yield from _groups([part for parts in layers for part in _by_distance(parts, load, r, z)])
 
@@ -111,7 +109,7 @@ def _groups(parts: list[Points]) -> Iterator[list[Points]]:
         yield group
 
 
-def _in_layer(medium: Medium, load: Load, i: int, layer: Indices, depths: Array) -> Iterator[Points]:
+def _in_layer(medium: Stack, load: Load, i: int, layer: Indices, depths: Array) -> Iterator[Points]:
     """Panels over whose depth fields are smooth: in isotropic layers octaves, and all of a top layer that is split off.
 
     Graded layers have a panel for each stretch of their laws: stresses along the surface are as smooth as the modulus.
@@ -121,7 +119,7 @@ def _in_layer(medium: Medium, load: Load, i: int, layer: Indices, depths: Array)
     here = np.flatnonzero(layer == i)
     z = depths[here]
     faces, rate = np.concatenate([[0.0], interfaces(medium)]), fastest_rate(medium, i)
-    split = i == 0 and not isinstance(medium.layers[0], GradedLayer)
+    split = i == 0 and not medium.layers[0].varies
 
     def decay(depth: float) -> float:
         """Length over which fields decay [m]: in the top layer counted from the surface to its lower face and back."""
@@ -134,7 +132,7 @@ def _in_layer(medium: Medium, load: Load, i: int, layer: Indices, depths: Array)
     start = faces[i]
     low = max(decay(start), SHORTEST * load.radius if i == 0 and not split else 0.0)
     limit = faces[i + 1] if i + 1 < faces.size else np.inf
-    breaks = faces[i] + np.array(getattr(medium.layers[i], "breaks", ()) if i < len(medium.layers) else ())
+    breaks = faces[i] + np.array(medium.parts[i].breaks)
     while start < limit:
         # the shallowest panel under a graded surface is as long as the first wave that is resolved
         end = (low if i == 0 and start == 0 and not split else start) + low / rate
@@ -180,20 +178,19 @@ def _halvings(load: Load, r: Array, z: Array) -> Indices:
     return np.asarray(np.maximum(octave, 0), dtype=int)
 
 
-def missing(body: Body | PowerLawHalfSpace, load: Load, r: Array, z: Array) -> Array:
+def missing(body: Stack, load: Load, r: Array, z: Array) -> Array:
     """What all waves that are left out change, over what those between `SECOND_REACH` and `REACH` do, shape (n,).
 
     It is 1 but at points that are closer to an edge than the shortest distance that is resolved. There stresses vary like a
     power of the distance, down to a multiple of the shortest wavelength: by this law the rest follows.
     """
-    varies = isinstance(body, Medium) and bool(body.layers) and isinstance(body.layers[0], GradedLayer)
-    if not varies and not isinstance(body, PowerLawHalfSpace):
+    if not body.parts[0].varies:
         return np.ones(r.size)
     result = np.ones(r.size)
     for ring, power, sharp in load.edges:
         resolved = 2 * SHORTEST * load.radius / (2**_HALVED if sharp else 1)
         # what grading adds to the part in closed form is less singular by one power of the distance
-        nearer, power = np.minimum(np.hypot(r - ring, z) / resolved, 1.0), power + varies
+        nearer, power = np.minimum(np.hypot(r - ring, z) / resolved, 1.0), power + (not body.power_law)
         change = np.abs(scipy.special.boxcox(nearer, power)) / scipy.special.boxcox(REACH / SECOND_REACH, power)
         result = np.maximum(result, change)
     return result

@@ -19,7 +19,7 @@ import numpy as np
 from flatpunch._support.checks import Array
 from flatpunch.compliance.depth import Waves
 from flatpunch.compliance.stack import plane_at
-from flatpunch.media import HalfSpace, Medium, PowerLawHalfSpace
+from flatpunch.media import HalfSpace, Stack
 
 NORMAL_ORDERS = (1, 0, 1, 0, 0, 2)
 """Bessel orders of u_r, u_z, s_rz, s_zz, (s_rr + s_tt)/2, -(s_rr - s_tt)/2 under a pressure."""
@@ -110,10 +110,10 @@ class SurfacePart:
     along: float | None = None
 
     @classmethod
-    def of(cls, body: HalfSpace | Medium | PowerLawHalfSpace) -> SurfacePart:
+    def of(cls, body: Stack) -> SurfacePart:
         """Part that belongs to a body."""
-        if isinstance(body, PowerLawHalfSpace):
-            return cls(HalfSpace(body.modulus, body.poisson), body.poisson / (1 - body.poisson))
+        if law := body.power_law:
+            return cls(HalfSpace(law.modulus, law.poisson), law.poisson / (1 - law.poisson))
         plane = plane_at(body, np.zeros(1), np.zeros(1, dtype=int))
         mu, ratio = float(plane.across[0]), float(plane.coupling[0])
         nu = ratio / (1 + ratio)

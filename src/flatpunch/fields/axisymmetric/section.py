@@ -18,8 +18,7 @@ from flatpunch.fields.axisymmetric.layered import FADING, amplitudes, bessel_fun
 from flatpunch.fields.axisymmetric.panels import REACH, SHORTEST
 from flatpunch.fields.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, cartesian
 from flatpunch.fields.axisymmetric.round_load import RoundLoad
-from flatpunch.fields.bodies import Solid
-from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, TransverselyIsotropicHalfSpace
+from flatpunch.media import Stack
 
 _STRESSES = (2, 3, 4, 5), (9, 10, 11, 12, 13, 14)
 """Which of the radial functions are stresses: under a pressure, and under a traction."""
@@ -43,7 +42,7 @@ class Section:
         Amplitudes under unit load waves, without that part; 6 functions, 15 with friction.
     """
 
-    body: Solid
+    body: Stack
     depth: Array
     split: Flags
     k: Array
@@ -53,7 +52,7 @@ class Section:
     @classmethod
     def of(
         cls,
-        body: Solid,
+        body: Stack,
         depth: Array,
         layer: Indices,
         radius: tuple[float, float],
@@ -67,15 +66,15 @@ class Section:
         `reach` is the wavenumber times the decay length at which the integrals end.
         """
         functions = 15 if shear else 6
-        if isinstance(body, (HalfSpace, TransverselyIsotropicHalfSpace)):
+        if not body.layers and not body.power_law:
             nothing = np.zeros(0)
             return cls(
                 body, depth, np.ones(depth.size, dtype=bool), nothing, nothing, np.zeros((functions, 0, depth.size))
             )
-        varies = isinstance(body, PowerLawHalfSpace) or (bool(body.layers) and isinstance(body.layers[0], GradedLayer))
+        varies = body.parts[0].varies
         top = layer == 0
         decay = attenuation(body, depth).copy()
-        if isinstance(body, Medium) and not varies and body.layers:
+        if not varies:
             decay[top] = 2 * float(attenuation(body, interfaces(body)[:1])[0]) - decay[top]
         shortest = float(decay.min())
         if varies:
@@ -83,15 +82,14 @@ class Section:
         # largest wavenumber times the extent of the points: shorter waves fade out, which blurs 1/500 of the radius beside the
         # rim
         last = min(reach / shortest, 3e4 / extent)
-        longest = max(body.thickness, radius[1]) if isinstance(body, Medium) else radius[1]
+        longest = max(body.thickness, radius[1])
         k, weight = wavenumbers(last, extent, longest)
         if varies or last * shortest < reach:
             weight = weight * scipy.special.erfc((k / last - FADING[0]) / FADING[1]) / 2
         waves = amplitudes(body, k, depth, layer, shear)
-        split = top if isinstance(body, Medium) else np.ones(depth.size, dtype=bool)
-        if split.any():
-            waves[..., split] -= surface_part(body).amplitudes(k, depth[split], shear)
-        return cls(body, depth, split, k, weight, waves)
+        if top.any():
+            waves[..., top] -= surface_part(body).amplitudes(k, depth[top], shear)
+        return cls(body, depth, top, k, weight, waves)
 
     def at(self, some: Flags) -> Section:
         """Waves at some of the depths."""

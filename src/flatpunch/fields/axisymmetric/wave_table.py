@@ -14,9 +14,8 @@ from numpy.polynomial import chebyshev
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliance.depth import Waves, waves_at
-from flatpunch.compliance.graded import smallest_and_largest_modulus
-from flatpunch.compliance.stack import Body
-from flatpunch.media import GradedLayer, Medium
+from flatpunch.compliance.response import smallest_and_largest_modulus
+from flatpunch.media import Stack
 from flatpunch.numerics.chebyshev import nodal_transform, unit_nodes
 
 _NODES = 16
@@ -29,9 +28,9 @@ _RUNGS = 4
 """Largest wavenumbers per octave at which panels end: an integral and its check, which ends at 5/6 of it, have different ones."""
 
 
-def waves_between(medium: Body, k: Array, z: Array, layer: Indices, *, shear: bool) -> Waves:
+def waves_between(medium: Stack, k: Array, z: Array, layer: Indices, *, shear: bool) -> Waves:
     """Fields as of `waves_at`, from panels of wavenumbers if these have fewer nodes than `k`, shape (nk,), ascending."""
-    if not (isinstance(medium, Medium) and any(isinstance(each, GradedLayer) for each in medium.layers)):
+    if not medium.varies:
         return waves_at(medium, k, z, layer, shear=shear)
     edges = _edges(medium, float(2.0 ** (np.ceil(_RUNGS * np.log2(k[-1])) / _RUNGS)))
     if _NODES * (edges.size - 1) >= k.size:
@@ -53,7 +52,7 @@ def waves_between(medium: Body, k: Array, z: Array, layer: Indices, *, shear: bo
 
 @byte_cached
 def _at_nodes(
-    medium: Medium, edges: tuple[float, ...], z: tuple[float, ...], layer: tuple[int, ...], shear: bool
+    medium: Stack, edges: tuple[float, ...], z: tuple[float, ...], layer: tuple[int, ...], shear: bool
 ) -> Waves:
     """Fields times k at the nodes of all panels: displacements of sliding layers grow like 1/k at long waves."""
     middle, half = np.array([edges[:-1], edges[1:]]).mean(axis=0), np.diff(edges) / 2
@@ -62,7 +61,7 @@ def _at_nodes(
     return Waves(*(each * k[:, None] if each.size else each for each in (found.normal, found.shear, found.transverse)))
 
 
-def _edges(medium: Medium, last: float) -> Array:
+def _edges(medium: Stack, last: float) -> Array:
     """Panels of wavenumbers from zero: octaves below the last one, and one for all that are long."""
     smallest, largest = smallest_and_largest_modulus(medium)
     # layers that shear on a weak interface, the farthest-reaching case, respond over the root of the ratio of moduli

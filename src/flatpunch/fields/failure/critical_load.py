@@ -24,7 +24,6 @@ from flatpunch.contact.curve import NOTABLE_FORCE, first_failure, percent
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.limits import deepest, high_pressure, steepness
 from flatpunch.contact.round.mean_profile import resolved_radius
-from flatpunch.fields.bodies import Solid
 from flatpunch.fields.failure.events import Event, Judged, criterion_name, first_event, margins
 from flatpunch.fields.failure.on_cells import CellSearch
 from flatpunch.fields.failure.round import RoundSearch
@@ -32,7 +31,7 @@ from flatpunch.fields.failure.sharp import pointed_table
 from flatpunch.fields.failure.strength import Strength, checked_strengths
 from flatpunch.fields.fields import AXES, checked_friction, of_case, residual_stresses
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, RigidBase, TwoBodies, underlying
+from flatpunch.media import Body, underlying
 from flatpunch.punch import UnresolvedLayer
 from flatpunch.punch.matrix import largest_beta
 
@@ -284,7 +283,7 @@ def _search(
         each.check()
     kind = RoundSearch if indenter.round else CellSearch
     search = kind(bodies, kernel, indenter, friction, deepest(medium))
-    return search, isinstance(underlying(medium), TwoBodies)
+    return search, underlying(medium).pair
 
 
 def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
@@ -362,20 +361,20 @@ def _uncertain(worst: Event, off: float, *, layered: bool) -> str:
 
 def _judged(medium: Body, strengths: Any, residual: Any) -> tuple[Judged, ...]:
     """Bodies with their checked strengths; of two bodies only those that have strengths."""
-    if isinstance(medium, Solid):
-        found = checked_strengths(medium, strengths)
-        stresses = residual_stresses(medium, residual)
-        return (Judged(medium, found, np.zeros(len(found)) if stresses is None else stresses),)
-    if not isinstance(medium, TwoBodies):
+    if alone := medium.single:
+        found = checked_strengths(alone, strengths)
+        stresses = residual_stresses(alone, residual)
+        return (Judged(alone, found, np.zeros(len(found)) if stresses is None else stresses),)
+    if not medium.pair:
         raise TypeError(
             f"medium = {type(medium).__name__} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies."
         )
     bodies = []
     pairs = [_pair("strengths", strengths), _pair("residual_stress", (None, None) if residual is None else residual)]
-    for name, body, own, stresses in zip(("upper", "lower"), (medium.upper, medium.lower), *pairs, strict=True):
+    for (name, body), own, stresses in zip(medium.sides, *pairs, strict=True):
         if own is None:
             continue
-        if isinstance(body, RigidBase):
+        if body.rigid:
             raise ValueError(
                 f"strengths of the {name} body belong to a rigid body, which has no stresses. Give None for it."
             )

@@ -13,11 +13,10 @@ from scipy.ndimage import label, maximum_filter
 from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.readable import readable
 from flatpunch.compliance.stack import interfaces, plane_at
-from flatpunch.fields.bodies import Solid
 from flatpunch.fields.failure.sharp import singular_place
 from flatpunch.fields.failure.strength import Strength
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Medium, PowerLawHalfSpace, RigidBase
+from flatpunch.media import Stack
 
 DEEPEST = 2.5
 """Contact radii below the top of a layer down to which it is searched."""
@@ -73,7 +72,7 @@ class Judged:
         Which of two bodies; a single one is the lower.
     """
 
-    body: Solid
+    body: Stack
     strengths: tuple[Strength, ...]
     residual: Array
     name: str = "lower"
@@ -110,7 +109,7 @@ class Judged:
     def check(self) -> None:
         """Refuse strengths of a rigid base, and residual stresses that fail the body without a contact."""
         last = self.tops.size - 1
-        if isinstance(self.body, Medium) and isinstance(self.body.base, RigidBase) and self.strengths[last].of_bulk:
+        if self.body.base.rigid and self.strengths[last].of_bulk:
             raise ValueError(f"strengths[{last}] belongs to the rigid base, which has no stresses. Leave it out.")
         self.check_surface()
         for i, (strength, value) in enumerate(zip(self.strengths, self.residual, strict=True)):
@@ -124,9 +123,10 @@ class Judged:
 
     def check_surface(self) -> None:
         """Refuse bodies whose stresses along the surface are infinite under any load."""
-        if isinstance(self.body, PowerLawHalfSpace) and self.body.exponent < 0:
+        law = self.body.power_law
+        if law and law.exponent < 0:
             raise ValueError(
-                f"medium has a modulus that grows without bound towards the surface (exponent = {self.body.exponent:.6g}), so "
+                f"medium has a modulus that grows without bound towards the surface (exponent = {law.exponent:.6g}), so "
                 "that the stresses along the surface are infinite under any load. Give its top a GradedLayer."
             )
 
@@ -191,7 +191,7 @@ class Judged:
         nothing slides. Behind the rim of a sliding `Cylinder` the surface is pulled as strongly as it is pressed inside.
         """
         strength, rim = self.strengths[0], indenter.flat
-        if not rim and isinstance(self.body, PowerLawHalfSpace):
+        if not rim and self.body.power_law:
             return []
         place = singular_place(indenter, radius)
         if place is None or not (rim or sliding or _sheared(self.body)):
@@ -202,9 +202,9 @@ class Judged:
         return [Event(kind, 0, np.inf, (*place, 0.0), self.name) for kind, value in kinds if value is not None]
 
 
-def _sheared(body: Solid) -> bool:
+def _sheared(body: Stack) -> bool:
     """Whether infinite pressure shears the surface: material that is isotropic and incompressible has it on all sides."""
-    if isinstance(body, PowerLawHalfSpace):
+    if body.power_law:
         return True
     plane = plane_at(body, np.zeros(1), np.zeros(1, dtype=int))
     return bool(plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12)

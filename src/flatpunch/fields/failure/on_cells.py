@@ -21,7 +21,6 @@ from flatpunch.fields.failure.events import DEEPEST, Event, Judged, outwards
 from flatpunch.fields.failure.rim import Rim, rim_of
 from flatpunch.fields.failure.round import bending, radius_limits
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Medium
 from flatpunch.punch import UnresolvedLayer
 
 _COARSE, _FINE, _RIM = 48, 128, 256
@@ -217,7 +216,7 @@ class CellSearch:
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
         """Follow an event at the place that it has moved to in a contact of another size."""
         judged = self._judged(event)
-        layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
+        layered = bool(judged.body.layers)
 
         def followed(other: float) -> Event:
             if event.rim and (rim := self._rim(other, _RIM, _angle(event))):

@@ -23,7 +23,7 @@ from flatpunch.fields.bodies import Located
 from flatpunch.fields.failure.events import BEYOND, DEEPEST, SURE, Event, Judged, expected_utilisation, outwards
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import HalfSpace, Interface, Medium, RigidBase
+from flatpunch.media import HalfSpace, Stack
 
 _RADII = np.array([0.0, 0.2, 0.4, 0.6, 0.75, 0.86, 0.94, 1.0, 1.06, 1.16, 1.35, 1.7, 2.2, 3.0])
 """Radii of the grid over the contact radius; between them the largest value is refined."""
@@ -258,7 +258,7 @@ class RoundSearch:
         judged, i = self._judged(event), event.layer
         radius = self._load(size).radius
         r, theta, z = _polar(event)
-        layered = isinstance(judged.body, Medium) and bool(judged.body.layers)
+        layered = bool(judged.body.layers)
         corner = any(abs(edge.radius / r - 1) < ROUNDING for edge in self._load(size).edges[:-1]) if r > 0 else False
 
         def followed(other: float) -> Event:
@@ -317,15 +317,15 @@ def _flat_radius(indenter: Indenter) -> float:
     return float(max(flat, default=0.0)) * (1 + 1e-6)
 
 
-def bending(body: object) -> float:
+def bending(body: Stack) -> float:
     """Distance over which layers bend on a softer body, or on springs, about four times the length of decay [m]."""
-    if not isinstance(body, Medium) or not body.layers:
+    if not body.layers:
         return 0.0
     moduli = [layer.surface_modulus for layer in body.layers]
     above = np.cumsum([layer.thickness for layer in body.layers])
     plates = np.maximum.accumulate(moduli) * above**3 / 12
-    softness = [layer.bonded.softness[1] if isinstance(layer.bonded, Interface) else 0.0 for layer in body.layers]
-    if not isinstance(body.base, RigidBase):
+    softness = [layer.face.softness[1] for layer in body.layers]
+    if not body.base.rigid:
         moduli.append(body.base.surface_modulus)
     on_body = body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1)
     return 4 * max(float(on_body), float(np.max(plates * softness) ** 0.25))

@@ -11,9 +11,8 @@ import numpy as np
 from flatpunch._support.checks import Array, shown
 from flatpunch._support.numbers import Checked, a_pressure
 from flatpunch._support.readable import readable
-from flatpunch.fields.bodies import Solid
 from flatpunch.fields.invariants import principal, von_mises
-from flatpunch.media import Medium
+from flatpunch.media import Stack
 
 
 @readable
@@ -82,9 +81,9 @@ class Strength(Checked):
             yield "interface shear", np.hypot(stress[3], stress[4]) / self.interface_shear
 
 
-def checked_strengths(body: Solid, strengths: Any) -> tuple[Strength, ...]:
+def checked_strengths(body: Stack, strengths: Any) -> tuple[Strength, ...]:
     """One strength for each layer and the base."""
-    layers = len(body.layers) if isinstance(body, Medium) else 0
+    layers = len(body.layers)
     given: Sequence[object] = (strengths,) if isinstance(strengths, Strength) else strengths
     if not isinstance(given, (list, tuple)):
         raise TypeError(

@@ -18,8 +18,9 @@ from flatpunch.files import units
 from flatpunch.files.tables.fields import InterfaceStiffness, Length, Number, Pressure, Switch, Table
 from flatpunch.media import (
     AnyLayer,
+    Base,
+    Body,
     DepthTable,
-    ElasticBase,
     ExponentialModulus,
     Formula,
     FreeLayer,
@@ -32,7 +33,7 @@ from flatpunch.media import (
     PowerLawHalfSpace,
     PowerModulus,
     RigidBase,
-    Solid,
+    Stack,
     TransverselyIsotropicHalfSpace,
     TransverselyIsotropicLayer,
     TwoBodies,
@@ -207,7 +208,7 @@ class HalfSpaceTable(Table):
     poisson_axial: Number | None = None
     shear: Pressure | None = None
 
-    def build(self, folder: Path) -> ElasticBase:
+    def build(self, folder: Path) -> Base:
         """Return the half-space."""
         if not _anisotropic(self):
             return HalfSpace(self.young, self.poisson)
@@ -247,21 +248,19 @@ class BodyTable(Table):
     layers: list[LayerTable] = Field(default=[])
     base: BaseTable
 
-    def build(self, folder: Path) -> ElasticBase | Medium | PowerLawHalfSpace | RigidBase:
+    def build(self, folder: Path) -> Stack:
         """Return the body."""
         base = self.base.built
-        return base if isinstance(base, RigidBase) and not self.layers else stack(self.layers, base)
+        return base if base.rigid and not self.layers else stack(self.layers, base)
 
 
-def stack(
-    layers: list[LayerTable], base: ElasticBase | PowerLawHalfSpace | RigidBase
-) -> ElasticBase | Medium | PowerLawHalfSpace:
+def stack(layers: list[LayerTable], base: Base) -> Stack:
     """Return layers on a base, or the base by itself where that is a body."""
-    if not layers and isinstance(base, ElasticBase | PowerLawHalfSpace):
+    if not layers and not base.rigid:
         return base
     if any(table.lifts_off for table in layers):
         raise _lifts_off(layers, "goes with neither two bodies, fits, rough surfaces nor other programs; leave it out.")
-    if isinstance(base, PowerLawHalfSpace):
+    if base.power_law:
         raise ValueError("layers on a power-law half-space are not solved; give graded layers on a half-space instead.")
     return Medium([table.built for table in layers], base=base)
 
@@ -271,7 +270,7 @@ def body(
     base: HalfSpaceTable | PowerLawTable | RigidTable | None,
     upper: BodyTable | None,
     lower: BodyTable | None,
-) -> Solid:
+) -> Body:
     """Return one body from layers and base, or two from upper and lower; all layers are held down."""
     if (upper is None) != (lower is None) or (upper is None) == (base is None) or (upper is not None and layers):
         raise ValueError("give either one body ([[layers]] and [base]) or two ([upper] and [lower], each with a base).")
@@ -286,18 +285,18 @@ def pressed(
     base: HalfSpaceTable | PowerLawTable | RigidTable | None,
     upper: BodyTable | None,
     lower: BodyTable | None,
-) -> Solid | FreeLayer:
+) -> Body:
     """Return what `body` does, or the layer that lifts off."""
     if base is None or upper is not None or lower is not None or not any(table.lifts_off for table in layers):
         return body(layers, base, upper, lower)
     layer, below = layers[0].built, base.built
-    springs = isinstance(layer, Layer) and isinstance(layer.bonded, Interface)
-    if len(layers) > 1 or not isinstance(layer, Layer) or springs or not isinstance(below, HalfSpace | RigidBase):
+    plain = layer.isotropic and layer.bonded in (True, False)
+    if len(layers) > 1 or not plain or not (below.rigid or below.isotropic):
         raise _lifts_off(
             layers,
             "is solved for one homogeneous isotropic layer without springs, on a rigid base or a half-space of that kind.",
         )
-    return FreeLayer(layer.young, layer.poisson, layer.thickness, below)
+    return FreeLayer.of(layer, below)
 
 
 def _lifts_off(layers: list[LayerTable], why_not: str) -> BadValue:

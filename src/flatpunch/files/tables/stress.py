@@ -15,7 +15,7 @@ from flatpunch.fields import Strength
 from flatpunch.files.tables.fields import Angle, Number, Pressure, Table
 from flatpunch.files.tables.made import Made, table_of
 from flatpunch.files.tables.steps import LengthSteps, steps_of
-from flatpunch.media import Body, TwoBodies, underlying
+from flatpunch.media import Body, underlying
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class StressCase:
     def critical(self, medium: Body) -> Plain:
         """What `critical_load` takes by name besides the medium and the tip."""
         strengths: Any = list(self.strengths)
-        if isinstance(underlying(medium), TwoBodies):
+        if underlying(medium).pair:
             strengths = [list(each) or None for each in (self.upper_strengths, self.strengths)]
         elif self.upper_strengths:
             raise ValueError(

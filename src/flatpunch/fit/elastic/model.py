@@ -25,7 +25,6 @@ from flatpunch.fit.elastic.table import Table, at_pieces
 from flatpunch.fit.parameters.free_parameters import FreeParameters
 from flatpunch.fit.parameters.scaling import Scaling, replaced, scaling, value_of
 from flatpunch.fit.parameters.settings import FiniteStrain, FitMethod
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.punch import UnresolvedLayer
@@ -238,7 +237,7 @@ def _solver(found: Scaling, method: MethodName | Method, large: bool) -> tuple[A
     def limit(q: tuple[float, ...]) -> float:
         """ln of the depth at which a tip of finite extent ends."""
         medium, indenter = found.problem(q)
-        if isinstance(indenter, Cylinder) or not np.isfinite(indenter.reach):
+        if indenter.flat or not np.isfinite(indenter.reach):
             return float("inf")
         try:
             curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=FEW_ANGLES)

@@ -30,7 +30,8 @@ from flatpunch.fit.measured.signal import memory_of
 from flatpunch.fit.parameters.scaling import external, internal, replaced, slope, value_of
 from flatpunch.fit.report.quantities import unit_of
 from flatpunch.fit.report.table import LEVEL, Estimate, Row, Rows, Tabled, rows_of
-from flatpunch.media import Body, GradedLayer, HalfSpace, Layer, Medium
+from flatpunch.media import Body, Stack
+from flatpunch.media.material import young_and_poisson
 
 _FRAME, _UNIT = "frame", 1e-9
 """Compliance of the load frame, and the unit in which it is fitted [m/N]."""
@@ -144,7 +145,7 @@ def normalised_stiffness(medium: Body, radius: Array) -> Array:
     return np.asarray(punch_modulus(medium, radius) / medium.surface_modulus)
 
 
-def tenth_rule(medium: Medium, tip: Tip, tolerance: float = 0.05) -> TenthRule:
+def tenth_rule(medium: Stack, tip: Tip, tolerance: float = 0.05) -> TenthRule:
     """Judge the one-tenth rule for a film.
 
     Parameters
@@ -239,7 +240,7 @@ def fit_film(
     >>> print(f"{result['layers[0].young'] / 1e9:.1f} GPa")
     22.8 GPa
     """
-    top = "base.young" if not isinstance(sample, Medium) or not sample.layers else "layers[0].young"
+    top = "layers[0].young" if sample.single and sample.single.layers else "base.young"
     names = tuple(free) if free is not None else (top,)
     oliver_pharr(curve, tip, frame)
     inside = (curve.depth >= depths[0]) & (curve.depth <= depths[1])
@@ -282,12 +283,13 @@ def fit_film(
     others: dict[str, tuple[float, float]] = {}
     rule = None
     # the rule and the published formulas are about one isotropic film on a half-space
-    if isinstance(medium, Medium) and len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
-        (film,) = medium.layers
-        if isinstance(film, Layer) or (isinstance(film, GradedLayer) and not film.anisotropic):
-            rule = tenth_rule(medium, tip)
-        if isinstance(film, Layer) and compare:
-            others = by_formulas(here, tip, medium)
+    stack = medium.single
+    if stack and len(stack.layers) == 1 and stack.base.isotropic:
+        (film,) = stack.layers
+        if not film.anisotropic:
+            rule = tenth_rule(stack, tip)
+        if film.isotropic and compare:
+            others = by_formulas(here, tip, stack)
     model = punch_modulus(medium, here.radius)
     notes = (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual))
     return FilmResult(
@@ -297,7 +299,7 @@ def fit_film(
 
 def _notes(sample: Body, points: OliverPharr, residual: Array) -> Iterable[str]:
     """What users of a fitted film must know."""
-    if isinstance(sample, Medium) and (deep := int((points.contact_depth > sample.length).sum())):
+    if sample.single and (deep := int((points.contact_depth > sample.length).sum())):
         yield f"{deep} points are deeper than the film is thick; the tip has gone through. Limit the depths."
     if (memory := memory_of(residual)) > _DRIFTS:
         yield (
@@ -311,14 +313,13 @@ def misfit_of(points: OliverPharr, tip: Tip, modulus: Array) -> Array:
     return np.nan_to_num(np.log(tip.stiffness(points.radius, modulus) / points.stiffness))
 
 
-def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tuple[float, float]]:
+def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple[float, float]]:
     """Film modulus [Pa] and rms relative misfit of the stiffness by each formula; King's with its exponent fitted as well.
 
     The search begins at the modulus of `fitted`. The modulus is nan where the points do not determine it: film and substrate
     that hardly differ fit with any modulus if the exponent makes the film vanish.
     """
     base, t = fitted.base, fitted.length
-    assert isinstance(base, HalfSpace)
     # films that the tip has gone through are thin, not absent
     below = np.maximum(t - points.contact_depth, 1e-3 * t)
     kings = {"King": points.radius / t, "Saha-Nix": points.radius / below}
@@ -334,7 +335,7 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Medium) -> dict[str, tupl
         found, _ = least_squares_fit(residual, start, (start - _BESIDE, start + _BESIDE), points.radius.size)
         star = float("nan") if found.at_bound.any() else float(np.exp(found.x[0]))
         results[name] = (
-            star * (1 - layer_on_top(fitted)[1].poisson ** 2),
+            star * (1 - young_and_poisson(layer_on_top(fitted)[1])[1] ** 2),
             float(np.sqrt(found.cost / points.radius.size)),
         )
     return results

@@ -42,7 +42,8 @@ from flatpunch.fit.parameters.settings import FitMethod
 from flatpunch.fit.report.table import Estimate, Row, Rows, Tabled
 from flatpunch.indenters import AreaFunction
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, HalfSpace, Medium
+from flatpunch.media import Body, Stack
+from flatpunch.media.material import young_and_poisson
 from flatpunch.punch.family import punch_family
 
 if TYPE_CHECKING:
@@ -209,7 +210,11 @@ def correct(
     check_indenter(indenter)
     medium, top = layer_on_top(medium)
     one_of("over", over, ("curve", "depth"))
-    nu = poisson_ratio("reported_poisson", reported_poisson) if reported_poisson is not None else top.poisson
+    nu = (
+        poisson_ratio("reported_poisson", reported_poisson)
+        if reported_poisson is not None
+        else young_and_poisson(top)[1]
+    )
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
     named = isinstance(model, str) and model == OLIVER_PHARR
     if named or (model is None and not half_space_models(indenter)):
@@ -250,7 +255,7 @@ def _plane_strain(law: Callable[[Array, float], Array], x: Array, star: float, y
 
 
 def _by_force(
-    medium: Medium, indenter: Indenter, along: Array, model: str | None, method: FitMethod
+    medium: Stack, indenter: Indenter, along: Array, model: str | None, method: FitMethod
 ) -> tuple[_Laws, _Limits]:
     """Plane-strain moduli of the half-space with the same force at each depth, and limits of the exact contact."""
     unit = half_space_model(indenter, model)(along)
@@ -261,12 +266,12 @@ def _by_force(
     return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young})[1].splitlines())
 
 
-def _by_area(medium: Medium, indenter: Indenter, along: Array) -> tuple[_Laws, _Limits]:
+def _by_area(medium: Stack, indenter: Indenter, along: Array) -> tuple[_Laws, _Limits]:
     """Oliver and Pharr: plane-strain moduli of the half-space with the same stiffness at each contact depth; what is assumed."""
     radius, top = section_radius(indenter, along), layer_on_top(medium)[1]
-    x, star = radius / top.thickness, 1 / (1 - top.poisson**2)
+    x, star = radius / top.thickness, 1 / (1 - young_and_poisson(top)[1] ** 2)
     laws: _Laws = {_EXACT: (lambda young: punch_modulus(replaced(medium, None, {_TOP: young})[0], radius), "")}
-    if len(medium.layers) == 1 and isinstance(medium.base, HalfSpace):
+    if len(medium.layers) == 1 and medium.base.isotropic:
         for name, law in equivalents(medium).items():
             laws[name] = (partial(_plane_strain, law, x, star), "")
     note = (

@@ -21,9 +21,10 @@ from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.files import Case
 from flatpunch.fit.half_space import published
 from flatpunch.fit.report.table import csv_of
-from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
+from flatpunch.indenters import Cone, Paraboloid, Pyramid, Sphere
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, HalfSpace, Interface, Layer, Medium, RigidBase
+from flatpunch.media import AnyLayer, Body, Layer, Medium, Stack
+from flatpunch.media.material import young_and_poisson
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,8 +43,8 @@ def half_space_models(indenter: Indenter) -> dict[str, Force]:
     """The half-space formulas in use for a tip by their names, the usual one first; none for most tips."""
     if isinstance(indenter, (Sphere, Paraboloid)):
         return {"hertz": lambda d: 4 / 3 * math.sqrt(indenter.radius) * d ** (3 / 2)}
-    if isinstance(indenter, Cylinder):
-        return {"flat": lambda d: 2 * indenter.radius * d}
+    if indenter.flat:
+        return {"flat": lambda d: 2 * indenter.reach * d}
     if isinstance(indenter, Cone):
         return {"sneddon": lambda d: 2 / math.pi * _slope(indenter) * d**2}
     if isinstance(indenter, Pyramid) and indenter.sides == 4:
@@ -100,38 +101,40 @@ class Formula:
     remark: str = ""
 
 
-def layer_on_top(medium: Body) -> tuple[Medium, Layer]:
+def layer_on_top(medium: Body) -> tuple[Stack, AnyLayer]:
     """Return the sample and the homogeneous layer at its surface, whose modulus formulas give; ValueError without one."""
-    if not isinstance(medium, Medium) or not medium.layers or not isinstance(medium.layers[0], Layer):
+    stack = medium.single
+    if not stack or not stack.layers or not stack.layers[0].isotropic:
         raise BadValue("layers[0]", "", "must be a homogeneous layer on top of a Medium: its modulus is looked for.")
-    return medium, medium.layers[0]
+    return stack, stack.layers[0]
 
 
-def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
+def formulas(medium: Stack, indenter: Indenter) -> list[Formula]:
     """Return the published formulas for one layer on a base and a tip with a half-space model; none for more layers.
 
     Formulas for thin layers are factors on the half-space force; those for films on substrates are equivalent moduli at the
     contact radius of the half-space, as they are used.
     """
     top, base, tip = layer_on_top(medium)[1], medium.base, half_space_model(indenter)
-    if len(medium.layers) != 1 or isinstance(top.bonded, Interface):
+    if len(medium.layers) != 1 or top.bonded not in (True, False):
         return []
-    nu, h, bonded, star = top.poisson, top.thickness, bool(top.bonded), 1 / (1 - top.poisson**2)
+    nu, h, bonded = young_and_poisson(top)[1], top.thickness, bool(top.bonded)
+    star = 1 / (1 - nu**2)
     sphere_like, pyramid = isinstance(indenter, (Sphere, Paraboloid)), isinstance(indenter, Pyramid)
-    shape = "paraboloid" if sphere_like else "flat" if isinstance(indenter, Cylinder) else "cone"
+    shape = "paraboloid" if sphere_like else "flat" if indenter.flat else "cone"
     found: list[Formula] = []
 
     def x(d: Array) -> Array:
         """Half-space contact radius, or half-width of the tip at this depth for cones, over the thickness."""
         if isinstance(indenter, (Sphere, Paraboloid)):
             return np.sqrt(indenter.radius * d) / h
-        if isinstance(indenter, Cylinder):
-            return np.full_like(d, indenter.radius / h)
+        if indenter.flat:
+            return np.full_like(d, indenter.reach / h)
         return d * _slope(indenter) / h
 
     def add(name: str, of: Callable[[Array], Array], *made_for: str) -> None:
         """A factor on the half-space force."""
-        rigid = "" if isinstance(base, RigidBase) else "for a rigid base"
+        rigid = "" if base.rigid else "for a rigid base"
         remark = "; ".join(filter(None, (*made_for, rigid)))
         found.append(Formula(name, lambda d, young: young * star * tip(d) * of(d), remark))
 
@@ -149,12 +152,12 @@ def formulas(medium: Medium, indenter: Indenter) -> list[Formula]:
     if pyramid:
         ours = published.PYRAMID_FORCE[4] * _slope(indenter) / float(tip(np.ones(1))[0])
         add("flatpunch", lambda d: ours * published.pyramid(x(d), 4, bonded), "of this project", half)
-    if isinstance(base, HalfSpace):
+    if base.isotropic:
         narrow = 2 / math.pi if shape == "cone" else 1.0
         laws = equivalents(medium)
         if sphere_like:
-            substrate = base.surface_modulus
-            laws["Clifford"] = lambda a, film: published.clifford(a, film, nu, substrate, base.poisson)
+            substrate, ratio = base.surface_modulus, young_and_poisson(base)[1]
+            laws["Clifford"] = lambda a, film: published.clifford(a, film, nu, substrate, ratio)
         for name, law in laws.items():
 
             def force(d: Array, young: float, law: Equivalent = law) -> Array:
@@ -168,14 +171,12 @@ MADE_FOR = {"Gao": "for bodies of similar stiffness", "Perriot-Barthel": "for mo
 """Films and substrates for which formulas were made."""
 
 
-def equivalents(film: Medium) -> dict[str, Equivalent]:
+def equivalents(film: Stack) -> dict[str, Equivalent]:
     """Equivalent plane-strain moduli of one film on a half-space by published formulas.
 
     Each is a function of contact radius over thickness and of the film's plane-strain modulus [Pa].
     """
-    base = film.base
-    assert isinstance(base, HalfSpace)
-    nu, substrate = layer_on_top(film)[1].poisson, base.surface_modulus
+    nu, substrate = young_and_poisson(layer_on_top(film)[1])[1], film.base.surface_modulus
     return {
         "Gao": lambda x, e: published.gao(x, e, substrate, nu),
         "Perriot-Barthel": lambda x, e: published.perriot_barthel(x, e, substrate),
@@ -237,7 +238,8 @@ def compare_formulas(
     import xarray as xr
 
     medium, top = layer_on_top(medium)
-    star = 1 / (1 - top.poisson**2)
+    young, poisson = young_and_poisson(top)
+    star = 1 / (1 - poisson**2)
     laws = [
         Formula(name.capitalize(), partial(_scaled, model, star), "no correction")
         for name, model in half_space_models(indenter).items()
@@ -248,7 +250,7 @@ def compare_formulas(
     result = indent(medium, indenter, method=method, angles=FEW_ANGLES, finite_strain=finite_strain, **control)
     depths, exact = result["depth"].values, result["force"].values
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        forces = np.array([law.force(depths, top.young) for law in laws])
+        forces = np.array([law.force(depths, young) for law in laws])
         deviation = forces / exact - 1
         factor = exact / forces[0]
     reach = np.array([[_valid_to(depths, line, limit) for limit in WITHIN] for line in deviation])
@@ -274,13 +276,13 @@ def compare_formulas(
     )
 
 
-def _of_one_layer(medium: Medium, indenter: Indenter) -> list[Formula]:
+def _of_one_layer(medium: Stack, indenter: Indenter) -> list[Formula]:
     """The formulas for the layer at the surface on the base, with a remark on what they do not see."""
     top = layer_on_top(medium)[1]
     rest = len(medium.layers) - 1
     unseen = [f"without the {rest} layers below" if rest > 1 else "without the layer below"] if rest else []
-    if isinstance(top.bonded, Interface):
-        top = replace(top, bonded=True)
+    if top.bonded not in (True, False):
+        top = Layer(*young_and_poisson(top), top.thickness)
         unseen.append("without springs")
     laws = formulas(Medium([top], medium.base), indenter)
     return [replace(law, remark="; ".join(filter(None, (*unseen, law.remark)))) for law in laws]

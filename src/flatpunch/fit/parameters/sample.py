@@ -12,7 +12,6 @@ from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.fit.parameters.scaling import parameter_names, replaced, value_of
-from flatpunch.indenters import Cylinder
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 
@@ -80,7 +79,7 @@ class Sample:
                 raise ValueError(
                     "work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved."
                 )
-            if isinstance(self.indenter, Cylinder):
+            if self.indenter.flat:
                 raise ValueError(
                     "The curve of a flat end is a straight line whatever the work of adhesion, which shows in the pull-off force "
                     "alone. Compare the measured one with flatpunch.pull_off(...)."

@@ -23,16 +23,7 @@ from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
     Body,
-    ElasticBase,
-    GradedLayer,
-    HalfSpace,
-    Interface,
-    Layer,
-    Medium,
-    RigidBase,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-    TwoBodies,
+    Stack,
     paths,
 )
 
@@ -84,23 +75,20 @@ def parameter_names(medium: Body, indenter: Indenter | None) -> list[str]:
     """
     names = []
     for prefix, body in _bodies(medium).items():
-        layers = body.layers if isinstance(body, Medium) else ()
-        for i, layer in enumerate(layers):
-            if isinstance(layer, Layer):
-                names += [f"{prefix}layers[{i}].{attribute}" for attribute in ("young", "poisson", "thickness")]
-            elif isinstance(layer, TransverselyIsotropicLayer):
-                # one modulus, the others at their ratios: more is not in a curve
+        for i, layer in enumerate(body.layers):
+            if layer.isotropic and "young" in layer.numbers:
+                names += [f"{prefix}layers[{i}].{attribute}" for attribute in (*layer.numbers, "thickness")]
+            elif not layer.varies:
+                # all moduli at their ratios: more is not in a curve
                 names += [f"{prefix}layers[{i}].{attribute}" for attribute in ("young", "thickness")]
             else:
                 # the law of depth keeps its shape
                 names.append(f"{prefix}layers[{i}].surface_modulus")
-            if isinstance(layer.bonded, Interface):
-                springs = [kind for kind in ("normal", "shear") if getattr(layer.bonded, kind)]
-                names += [f"{prefix}layers[{i}].bonded.{kind}" for kind in springs]
-        base = body.base if isinstance(body, Medium) else body
-        if isinstance(base, HalfSpace):
-            names += [f"{prefix}base.young", f"{prefix}base.poisson"]
-        elif isinstance(base, TransverselyIsotropicHalfSpace):
+            springs = (("normal", layer.face.normal), ("shear", layer.face.shear))
+            names += [f"{prefix}layers[{i}].bonded.{kind}" for kind, value in springs if value]
+        if body.base.isotropic and "young" in body.base.numbers:
+            names += [f"{prefix}base.{attribute}" for attribute in body.base.numbers]
+        elif body.base.isotropic or body.base.anisotropic:
             names.append(f"{prefix}base.young")
     if isinstance(indenter, (Paraboloid, Sphere, Cylinder)):
         names.append("indenter.radius")
@@ -109,11 +97,11 @@ def parameter_names(medium: Body, indenter: Indenter | None) -> list[str]:
     return names
 
 
-def _bodies(medium: Body) -> dict[str, Body | RigidBase]:
+def _bodies(medium: Body) -> dict[str, Stack]:
     """The bodies of a medium by what their names begin with."""
-    if isinstance(medium, TwoBodies):
-        return {"upper.": medium.upper, "lower.": medium.lower}
-    return {"": medium}
+    if not (medium.single or medium.pair):
+        return {}
+    return {f"{name}." if name else "": body for name, body in medium.sides}
 
 
 def value_of(medium: Body, indenter: Indenter | None, name: str) -> float:
@@ -250,10 +238,9 @@ def scaling(medium: Body, indenter: Indenter, free: Sequence[str], *, large: boo
     """
     _check(medium, indenter, free)
     names = parameter_names(medium, indenter)
-    moduli_scale = all(isinstance(body, Medium | ElasticBase | RigidBase) for body in _bodies(medium).values())
-    homogeneous = all(_homogeneous(body) for body in _bodies(medium).values())
+    moduli_scale, homogeneous = not medium.power_law, not medium.varies
     power = indenter.exponent is not None
-    lengths_scale = homogeneous and (power or isinstance(indenter, (Sphere, Cylinder)))
+    lengths_scale = homogeneous and (power or indenter.flat or isinstance(indenter, Sphere))
     moduli = [name for name in names if name.endswith(MODULI)]
     lengths = [name for name in names if name.endswith("thickness")]
     tip = next((name for name in names if name.startswith("indenter")), None)
@@ -282,13 +269,6 @@ def scaling(medium: Body, indenter: Indenter, free: Sequence[str], *, large: boo
     coordinates += [Coordinate(name, {name: 1.0, **units}, MODULUS_STEP) for name in names if name.endswith(_SPRINGS)]
     moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
     return Scaling(medium, indenter, force, depth, moving, modulus, length, unit_tip)
-
-
-def _homogeneous(body: Body | RigidBase) -> bool:
-    """Whether all of a body scales with its moduli and thicknesses."""
-    if isinstance(body, Medium):
-        return not any(isinstance(layer, GradedLayer) for layer in body.layers)
-    return isinstance(body, ElasticBase | RigidBase)
 
 
 def _unit(names: Sequence[str], free: Sequence[str]) -> str | None:

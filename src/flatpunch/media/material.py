@@ -1,0 +1,245 @@
+"""What layers and bases are made of: elastic constants at a depth, their derivatives, and faces of layers.
+
+All that calculates with a layer or a base takes it as a `Material`: coefficients of plane strain at each depth. A kind of its own
+derives from `Isotropic` or `Homogeneous`, or from `Material` where its constants vary, and as a layer from `AnyLayer` too.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from math import inf
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch._support.readable import quantity_of
+from flatpunch.media.interface import Interface
+from flatpunch.media.plane import (
+    Plane,
+    contact_modulus,
+    exponent_slopes,
+    exponents,
+    in_plane,
+    isotropic_plane,
+    isotropic_slopes,
+)
+
+if TYPE_CHECKING:
+    from flatpunch.media.power_law import PowerLawHalfSpace
+
+
+class Part:
+    """Properties of a layer, a base or a body, with the values that most have."""
+
+    __slots__ = ()
+
+    @property
+    def rigid(self) -> bool:
+        """Whether it does not deform."""
+        return False
+
+    @property
+    def varies(self) -> bool:
+        """Whether elastic constants vary with depth inside a layer."""
+        return False
+
+    @property
+    def anisotropic(self) -> bool:
+        """Whether it is transversely isotropic, at least in part."""
+        return False
+
+    @property
+    def power_law(self) -> PowerLawHalfSpace | None:
+        """The half-space itself where the modulus is a power of depth."""
+        return None
+
+    @property
+    def isotropic(self) -> tuple[float, float] | None:
+        """Shear modulus [Pa] and Poisson ratio of isotropic material that does not vary."""
+        return None
+
+
+class Material(Part, ABC):
+    """Elastic material of a layer or a half-space."""
+
+    __slots__ = ()
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the elastic constants, by each of which `slopes_at` has the derivatives."""
+        return ()
+
+    @property
+    def extent(self) -> float:
+        """Depth to which it reaches [m]; infinite for a half-space."""
+        return inf
+
+    @property
+    def breaks(self) -> tuple[float, ...]:
+        """Depths inside at which a law of depth is not smooth [m]."""
+        return ()
+
+    @property
+    def sampled_depths(self) -> Array:
+        """Depths at which ranges of the moduli are sought [m]."""
+        return np.array([0.0, self.extent])
+
+    @abstractmethod
+    def plane_at(self, z: Array) -> Plane[Array]:
+        """Coefficients of plane strain at depths z below the upper face [m], of the shape of z."""
+
+    @abstractmethod
+    def slopes_at(self, z: Array) -> dict[str, Plane[Any]]:
+        """Derivatives of the coefficients by each of `numbers`; of the shape of z, or numbers where nothing varies."""
+
+    @abstractmethod
+    def times(self, factor: float) -> Self:
+        """The same with all moduli multiplied by a factor."""
+
+    @abstractmethod
+    def elasticity(self) -> tuple[str, str]:
+        """Moduli and Poisson ratios in words."""
+
+    @property
+    def plane(self) -> Plane[float]:
+        """Coefficients of plane strain at the upper face."""
+        return Plane(*(float(each[0]) for each in self.plane_at(np.zeros(1))))
+
+    @property
+    def rigidity(self) -> float:
+        """Shear modulus along z at the upper face [Pa]."""
+        return 1 / self.plane.shear
+
+    @property
+    def surface_modulus(self) -> float:
+        """Contact modulus E* of the upper face [Pa]: a frictionless rigid punch of radius a has the stiffness 2 E* a."""
+        return contact_modulus(self.plane)
+
+    @property
+    def softest(self) -> float:
+        """Largest 1/E* over the depth [1/Pa]."""
+        return 1 / self.surface_modulus
+
+    def young_at(self, z: Array) -> Array:
+        """Young's modulus along the surface at depths z [Pa]."""
+        return in_plane(self.plane_at(z))[0]
+
+    def surface_slope(self, name: str) -> float:
+        """Derivative of ln E* of the upper face by one of `numbers`."""
+        plane, change = self.plane, self.slopes_at(np.zeros(()))[name]
+        s, d, _, _ = exponents(plane)
+        of_s, of_d = exponent_slopes(plane, change)
+        return float(change.stiffness / plane.stiffness - of_s / s - of_d / d)
+
+
+class Homogeneous(Material):
+    """Material that does not vary with depth: from its coefficients `plane`."""
+
+    __slots__ = ()
+
+    @property
+    @abstractmethod
+    def plane(self) -> Plane[float]:
+        """Coefficients of plane strain."""
+
+    def plane_at(self, z: Array) -> Plane[Array]:
+        """Coefficients of plane strain, the same at all depths z, of the shape of z."""
+        return Plane(*(np.full(np.shape(z), each) for each in self.plane))
+
+
+class Isotropic(Homogeneous):
+    """Isotropic material that does not vary: from `young` [Pa] and `poisson`, which are fields or follow from fields."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:  # properties here would be taken for defaults of fields
+
+        @property
+        def young(self) -> float:
+            """Young's modulus [Pa]."""
+
+        @property
+        def poisson(self) -> float:
+            """Poisson ratio."""
+
+    @property
+    def numbers(self) -> tuple[str, ...]:
+        """Names of the elastic constants."""
+        return ("young", "poisson")
+
+    @property
+    def isotropic(self) -> tuple[float, float]:
+        """Shear modulus [Pa] and Poisson ratio."""
+        return self.rigidity, self.poisson
+
+    @property
+    def plane(self) -> Plane[float]:
+        """Coefficients of plane strain."""
+        return isotropic_plane(self.young, self.poisson)
+
+    def young_at(self, z: Array) -> Array:
+        """Young's modulus at depths z [Pa]."""
+        return np.full(np.shape(z), self.young)
+
+    @property
+    def rigidity(self) -> float:
+        """Shear modulus [Pa]."""
+        return self.young / (2 * (1 + self.poisson))
+
+    @property
+    def surface_modulus(self) -> float:
+        """Plane-strain modulus E* [Pa]."""
+        return plane_strain_modulus(self.young, self.poisson)
+
+    def slopes_at(self, z: Array) -> dict[str, Plane[Any]]:
+        """Derivatives of the coefficients by each of `numbers`."""
+        return isotropic_slopes(self.young, self.poisson)
+
+    def surface_slope(self, name: str) -> float:
+        """Derivative of ln E* by one of `numbers`."""
+        return float(self.slopes_at(np.zeros(()))[name].stiffness / self.plane.stiffness)
+
+    def elasticity(self) -> tuple[str, str]:
+        """Young's modulus and Poisson ratio in words."""
+        return quantity_of(self.young, "Pa"), quantity_of(self.poisson, "")
+
+
+_FACES = {True: Interface(), False: Interface(shear=0.0)}
+
+
+class AnyLayer(Material):
+    """A layer of any kind: a material with a thickness [m] and a lower face."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:
+
+        @property
+        def thickness(self) -> float:
+            """Thickness [m]."""
+
+        @property
+        def bonded(self) -> bool | Interface:
+            """Whether the lower face sticks to what lies below, slides on it, or yields like springs."""
+
+    @property
+    def extent(self) -> float:
+        """The thickness [m]."""
+        return self.thickness
+
+    @property
+    def face(self) -> Interface:
+        """The lower face as springs: those of a bonded one do not yield, a sliding one has none along it."""
+        return self.bonded if isinstance(self.bonded, Interface) else _FACES[self.bonded]
+
+
+def young_and_poisson(part: Material) -> tuple[float, float]:
+    """Young's modulus [Pa] and Poisson ratio of a layer or base that is isotropic and does not vary."""
+    assert part.isotropic is not None
+    return float(part.young_at(np.zeros(()))), part.isotropic[1]
+
+
+def plane_strain_modulus(young: float, poisson: float) -> float:
+    """Plane-strain modulus E* = E/(1 - nu^2) [Pa]."""
+    return young / (1 - poisson**2)
