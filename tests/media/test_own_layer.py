@@ -1,4 +1,4 @@
-"""A layer kind of one's own, E = 3 G and nu = 1/2, in every use: each equal to `Layer`, derivatives by the chain rule."""
+"""A layer kind of one's own, E = 3 G and nu = 1/2, in every use of a layer: equal to `Layer`, derivatives by the chain rule."""
 
 from __future__ import annotations
 

@@ -315,30 +315,34 @@ def identify(medium: Body) -> tuple[str, dict[str, float]] | None:
     stack = medium.single
     if not stack or len(stack.layers) != 1 or stack.layers[0].bonded not in (True, False):
         return None
-    layer, base, bonded = stack.layers[0], stack.base, stack.layers[0].bonded
-    if base.rigid and layer.isotropic:
-        return ("bonded-layer", {"poisson": constants_of(layer)[1]}) if bonded else ("sliding-layer", {})
-    if base.isotropic and layer.isotropic:
-        ratio = {"modulus_ratio": layer.surface_modulus / base.surface_modulus}
-        if not bonded:
-            return "sliding-coating", ratio
+    layer, base = stack.layers[0], stack.base
+    if not base.isotropic:
+        if not (layer.isotropic and base.rigid):
+            return None
+        return ("bonded-layer", {"poisson": layer.isotropic[1]}) if layer.bonded else ("sliding-layer", {})
+    if layer.isotropic:
+        ratio = layer.surface_modulus / base.surface_modulus
+        if not layer.bonded:
+            return "sliding-coating", {"modulus_ratio": ratio}
         alpha, beta = dundurs(layer, base)
-        return "bonded-coating", {**ratio, "dundurs_position": 2 * beta - (alpha - 1) / 2}
-    if base.isotropic and bonded and isinstance(layer, GradedLayer) and not layer.anisotropic:
-        return _graded(layer, base)
+        return "bonded-coating", {"modulus_ratio": ratio, "dundurs_position": 2 * beta - (alpha - 1) / 2}
+    match layer:
+        case GradedLayer(bonded=True, anisotropic=False, young=LinearModulus()):
+            return _graded("linear-coating", layer, base)
+        case GradedLayer(bonded=True, anisotropic=False, young=ExponentialModulus()):
+            return _graded("exponential-coating", layer, base)
     return None
 
 
-def _graded(layer: GradedLayer, base: Material) -> tuple[str, dict[str, float]] | None:
+def _graded(name: str, layer: GradedLayer, base: Material) -> tuple[str, dict[str, float]] | None:
     """Coating whose modulus ends in that of the half-space below, with one Poisson ratio."""
-    names = {LinearModulus: "linear-coating", ExponentialModulus: "exponential-coating"}
-    name, (young, poisson) = names.get(type(layer.young)), young_and_poisson(base)
     top, bottom = layer.young_at(np.array([0.0, layer.thickness]))
-    inside = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
-    if name is None or not np.isclose(bottom, young, rtol=ROUNDING) or np.abs(inside - poisson).max() > ROUNDING:
+    poisson = layer.poisson_at(np.linspace(0.0, layer.thickness, 10))
+    young, nu = young_and_poisson(base)
+    if not np.isclose(bottom, young, rtol=ROUNDING) or np.abs(poisson - nu).max() > ROUNDING:
         return None
     # a law may end below the layer; then the layer holds a part of it only, which is again a law of the same kind
-    return name, {"modulus_ratio": float(top / bottom), "poisson": float(poisson)}
+    return name, {"modulus_ratio": float(top / bottom), "poisson": nu}
 
 
 def dundurs(film: Material, base: Material) -> tuple[float, float]:

@@ -17,7 +17,7 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 from flatpunch.fit.adhesion.model import AdhesiveModel
 from flatpunch.fit.judge.background import Background, likeliest
-from flatpunch.fit.judge.record import white_noise
+from flatpunch.fit.judge.readings import white_noise
 from flatpunch.fit.least_squares.minimum import minimise
 from flatpunch.fit.least_squares.objective import Objective
 from flatpunch.fit.least_squares.problem import Setup, contact_ends, enough, with_nuisance

@@ -141,7 +141,11 @@ def refuse_plastic(
     `part` is the approach as it is fitted, `over` gives the force of a curve over its background, `contact` is the contact point
     [m], `young` the largest modulus that is fitted [Pa].
     """
-    left = imprint(replace(found.whole, force=_from_zero(found.whole.force, over(found.whole))))
+    whole = found.whole
+    left = imprint(replace(whole, force=_from_zero(whole.force, over(whole))))
+    if left is None and found.turned < 0:
+        # the fitted leg may be an unloading, over no background of the loading
+        left = imprint(replace(whole.turned(depth=-1.0), force=whole.force - smoothed(whole.force).min()))
     if left is None or not left.seen:
         return ()
     share = left.share

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices
-from flatpunch.fit.judge.record import white_noise
+from flatpunch.fit.judge.readings import white_noise
 from flatpunch.fit.least_squares.speed import shows_drag, speed_of
 from flatpunch.fit.measured.curve import FEWEST, Curve
 from flatpunch.fit.measured.orientation import Approach

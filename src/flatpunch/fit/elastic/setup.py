@@ -12,10 +12,13 @@ from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.fit.elastic.model import ForwardModel
 from flatpunch.fit.elastic.plastic import refuse_plastic
 from flatpunch.fit.elastic.retract import FreeOfContact, free_of_contact
-from flatpunch.fit.judge.judgement import FEWEST as IN_CONTACT
-from flatpunch.fit.judge.judgement import SURE, Fit, Judge, dip
+from flatpunch.fit.judge.departures import dip
+from flatpunch.fit.judge.fitted import MOST, SURE, Fit
+from flatpunch.fit.judge.judgement import Judge
 from flatpunch.fit.judge.notes import about_background, about_range, no_contact
-from flatpunch.fit.judge.record import SHARE, Noise, Record, strays, thinned, white_noise
+from flatpunch.fit.judge.readings import FEWEST as IN_CONTACT
+from flatpunch.fit.judge.readings import SHARE, strays, thinned, white_noise
+from flatpunch.fit.judge.record import Noise, Record
 from flatpunch.fit.least_squares.objective import Objective, blocked
 from flatpunch.fit.least_squares.problem import Setup, cut, enough, with_nuisance
 from flatpunch.fit.least_squares.speed import before_turn, no_drag, shows_drag, speed_of
@@ -47,7 +50,6 @@ class Approached:
     out : ndarray of bool
         Its readings that jump away and back.
     fit : Fit
-    judge : Judge
     settings : Settings
         As given.
     upright : float
@@ -58,7 +60,6 @@ class Approached:
     part: Curve
     out: Flags
     fit: Fit
-    judge: Judge
     settings: Settings
     upright: float
 
@@ -66,6 +67,11 @@ class Approached:
     def contact(self) -> float:
         """Contact point on the oriented depth axis [m]."""
         return self.fit.objective.split(self.fit.x)[1]["contact"]
+
+    @property
+    def rise(self) -> float:
+        """Rise of the contact in the fitted range [N]."""
+        return self.fit.most * self.fit.record.range
 
     @property
     def before(self) -> Flags:
@@ -120,7 +126,8 @@ def approached(curve: Curve, model: ForwardModel, limits: tuple[Array, Array], s
         except CurveError as error:
             refused = refused or error
             continue
-        if made.fit.touch > 2 or made.fit.record.contacts[0] == made.fit.record.contacts[1]:
+        low, high = made.fit.record.contacts
+        if (made.fit.touch > 2 and (begun is None or made.rise > MOST * begun.rise)) or low == high:
             return made
         begun = begun or made
     if _contact_backwards(curve, model, limits, settings):
@@ -164,31 +171,29 @@ def _approached(found: Approach, model: ForwardModel, limits: tuple[Array, Array
         raise CurveError(
             f"{part.name}: {part.depth.size} readings are left of the approach; a fit needs {FEWEST} or more."
         )
-    step = converter_step(part.force)
-    noise = white_noise(part.force, step, thinned(part.position, part.force))
+    step, tilted = converter_step(part.force), settings.baseline == "linear"
+    noise = white_noise(part.force, step, thinned(part.position, part.force, tilted=tilted))
     out = strays(part.force, noise)
-    edges = thinned(part.position[~out], part.force[~out])
-    records = tuple(
-        _record(part.turned(force=s).taken(~out), edges, (noise, step), model, settings, found.turned)
-        for s in (1.0, -1.0)
-    )
+    edges = thinned(part.position[~out], part.force[~out], tilted=tilted)
+
+    def with_sign(sign: float) -> Record:
+        clean = part.turned(force=sign).taken(~out)
+        return _record(clean, edges, (noise, step), model, settings, found.turned)
 
     def between(objective: Objective) -> tuple[Array, Array]:
-        lower, upper = with_nuisance(objective, limits, records[0].contacts)
+        lower, upper = with_nuisance(objective, limits, judge.record.contacts)
         # limits of moduli that nobody set are widened later
-        lower[list(records[0].moduli)], upper[list(records[0].moduli)] = -np.inf, np.inf
+        lower[list(judge.record.moduli)], upper[list(judge.record.moduli)] = -np.inf, np.inf
         return lower, upper
 
     given = None if settings.baseline == "auto" else settings.baseline == "linear"
     whole = settings.depth_to is not None or settings.force_to is not None
-    judge = Judge((records[0], records[1]), between, given, whole)
+    judge = Judge(with_sign, between, given, whole)
     fit = judge.best()
     if fit is None or fit.gain < SURE or fit.inside < IN_CONTACT or fit.foot or (given is None and not fit.stands_out):
         raise no_contact(part, fit, settings)
-    upright = 1.0 if fit.record is records[0] else -1.0
-    return Approached(
-        signed.signed(upright), part.turned(force=upright), out, fit, judge, settings, found.pressing * upright
-    )
+    upright = 1.0 if fit.record is judge.record else -1.0
+    return Approached(signed.signed(upright), part.turned(force=upright), out, fit, settings, found.pressing * upright)
 
 
 def _record(
@@ -275,7 +280,7 @@ def _setup(
         notes.append(
             f"{left} reading{'s' if left > 1 else ''} far off the fitted force {'are' if left > 1 else 'is'} left out."
         )
-    notes += about_range(fit, part, last, found.turned, made.judge.noted(fit), settings)
+    notes += about_range(fit, part, last, found.turned, settings)
     notes += about_background(fit)
     shown, tilt = part.taken(slice(0, last)), fit.noise.background.tilt
     chosen = settings if settings.baseline != "auto" else replace(settings, baseline="linear" if tilt else "constant")
@@ -288,14 +293,15 @@ def _setup(
     if speed is not None:
         shown = replace(shown, meta={**shown.meta, "speed": speed})
     start, frame = fit.x, record.objective.frame
-    if fit.noise.white or free is not None:
+    if fit.noise.background.white or free is not None:
         rest = None if speed is None else speed[used]
         objective = _objective(shown.taken(used), frame, model, settings, tilt, found.turned, rest)
         place_of_contact = made.contact + fit.record.bent
-        coarse, other = blocked(objective, place_of_contact), None
+        objective = objective if free is not None else fit.at_the_tip(objective)
+        coarse, other = objective if objective.weight is not None else blocked(objective, place_of_contact), None
     else:
-        objective = _whitened(fit, fit.noise, used & keep[:last])
-        coarse, other = objective, _other(made, used)
+        objective = fit.whitened(fit.noise)
+        coarse, other = objective, _other(fit)
     lower, upper = with_nuisance(objective, limits, record.contacts)
     if "drag" in objective.nuisance and "drag" not in fit.objective.nuisance:
         known = {**fit.objective.split(fit.x)[1], "drag": free.drag if free is not None else 0.0}
@@ -338,25 +344,18 @@ def _check_moduli(part: Curve, model: ForwardModel, moduli: list[float]) -> None
     )
 
 
-def _whitened(fit: Fit, noise: Noise, used: Flags) -> Objective:
-    """The problem on the means of the range, with residuals as large as the noise of a reading."""
-    white = fit.record.white(noise, fit.gone, share=False)
-    return fit.objective.first(fit.end, white * (fit.record.noise / fit.record.range))
-
-
-def _other(made: Approached, used: Flags) -> Objective | None:
+def _other(fit: Fit) -> Objective | None:
     """The problem over a walk where the background is smooth: waves carry their slope on into the contact, a walk does not."""
-    fit = made.fit
     if not fit.noise.background.smooth:
         return None
     walk = replace(fit.record.learnt(fit.touch, smooth=False, tilt=False), tilt=fit.noise.background.tilt)
-    return _whitened(fit, Noise(walk, fit.noise.error), used)
+    return fit.whitened(Noise(walk, fit.noise.error))
 
 
 def _adhesion(made: Approached, settings: Settings) -> tuple[Flags, list[str]]:
     """Which readings of the approach can be fitted in spite of a dip below the background, and notes."""
-    keep = np.ones(made.part.depth.size, dtype=bool)
-    far, size, means = dip(made.fit)
+    keep, fit = np.ones(made.part.depth.size, dtype=bool), made.fit
+    far, size, means = dip(fit.record, fit.objective, fit.noise, fit.x, fit.end)
     rise = made.fit.most
     if settings.adhesion == "ignore" or far < DIP or size < 2 * SHARE * max(rise, float(np.max(made.fit.record.y))):
         return keep, []

@@ -24,15 +24,13 @@ _WALKS = (0.02, 0.1, 0.5, np.inf)
 """Memories of walks, over the way before the contact."""
 _WAVES = (0.15, 0.5, 1.5)
 """Memories of smooth waves, over the way before the contact."""
-_SIZES = np.geomspace(1e-3, 0.25, 16)
-"""Sizes of a process over the range of the force; a larger process would swallow a contact."""
+_SIZES, _LARGEST = np.geomspace(1e-3, 1.0, 20), 0.25
+"""Sizes of a process over the range of the force: a grid. Before a contact a larger one would swallow it."""
 _USUAL = 0.1
 """Size that the force without contact seldom exceeds, over the range of the force: standard deviation of the prior."""
-_UNBOUND = np.geomspace(1e-3, 1.0, 20)
-"""Sizes of a process that explains a whole record without contact."""
 _NODES = 64
 """Stretches over which the readings before the contact are averaged; more cost time only."""
-_FEWEST = 8
+LEARNT = 8
 """Stretches from which a process can be learnt."""
 
 
@@ -44,6 +42,11 @@ class Background:
     memory: float = np.inf
     smooth: bool = False
     tilt: bool = False
+
+    @property
+    def white(self) -> bool:
+        """Whether readings over level and tilt are independent."""
+        return self.size == 0 or self.memory == 0
 
     def covariance(self, x: Array) -> Array:
         """Covariance of the process without level and tilt, shape (n, n)."""
@@ -63,11 +66,12 @@ def _kernel(x: Array, memory: float, smooth: bool) -> Array:
 
 
 @lru_cache(maxsize=256)
-def _spectrum(nodes: int, memory: float, smooth: bool) -> tuple[Array, Array, Array]:
-    """Eigenvalues and eigenvectors (columns) of a kernel over equal stretches from 0 to 1, and level and tilt in them."""
+def _spectrum(nodes: int, memory: float, smooth: bool) -> tuple[Array, Array, Array, Array]:
+    """Eigenvalues and eigenvectors (columns) of a kernel over equal stretches from 0 to 1, level and tilt in them."""
     x = (np.arange(nodes) + 0.5) / nodes
     values, vectors = np.linalg.eigh(_kernel(x, memory, smooth))
-    return np.maximum(values, 0.0), vectors, vectors.T @ np.column_stack([np.ones(nodes), x])
+    level, tilt = np.array([np.ones(nodes), x]) @ vectors
+    return np.maximum(values, 0.0), vectors, level, tilt
 
 
 def likeliest(
@@ -93,10 +97,10 @@ def likeliest(
     bound : bool
         Whether the process is small beside the range of the force: before a contact, but not without one.
     """
-    usual, tried = (_USUAL, _SIZES) if bound else (np.inf, _UNBOUND)
+    usual, tried = (_USUAL, _SIZES[_SIZES < _LARGEST]) if bound else (np.inf, _SIZES)
     nodes = min(_NODES, x.size)
     way = float(x[-1] - x[0]) if x.size else 0.0
-    if nodes < _FEWEST or not way > 0:
+    if nodes < LEARNT or not way > 0:
         return Background(tilt=bool(given))
     index = np.minimum(((x - x[0]) * (nodes / way)).astype(int), nodes - 1)
     weight = np.bincount(index, 1 / variance, nodes)
@@ -108,17 +112,16 @@ def likeliest(
     kinds = [(m, False) for m in _WALKS] + ([(m, True) for m in _WAVES] if smooth else [])
     tilts = ((False, True) if tilt else (False,)) if given is None else (given,)
     for memory, waves in kinds if given is None else [(0.0, False)]:
-        values, vectors, lines = _spectrum(nodes, memory, waves)
-        along = vectors.T @ means
+        values, vectors, level, slope = _spectrum(nodes, memory, waves)
         # a walk spreads over its way: the same size over a longer record
         scale = way if memory and not waves else 1.0
         sizes = np.append(0.0, tried) if memory in (0.0, np.inf) else tried
         spread = noise + np.multiply.outer(sizes**2 * scale, values)
         # by Akaike's criterion: a process has two numbers, a tilt one
         prior = 2.0 * (sizes > 0) + 0.5 * (sizes / usual) ** 2
+        worths = _worths(spread, means @ vectors, level, way * slope)
         for tilted in tilts:
-            terms = lines[:, : 1 + tilted] * np.array([1.0, way])[: 1 + tilted]
-            worth = _worth(spread, along, terms) - prior - tilted
+            worth = worths[tilted] - prior - tilted
             at = int(np.argmax(worth))
             if worth[at] > best:
                 best = float(worth[at])
@@ -126,10 +129,14 @@ def likeliest(
     return found
 
 
-def _worth(spread: Array, along: Array, terms: Array) -> Array:
-    """Logarithm of the likelihood for variances (sizes, n) of components, beside terms (n, k) of variance 1."""
-    inverse = 1 / np.maximum(spread, TINY)
-    inner = np.eye(terms.shape[1]) + np.einsum("sn,nk,nl->skl", inverse, terms, terms)
-    seen = (inverse * along) @ terms
-    square = inverse @ along**2 - np.einsum("sk,sk->s", seen, np.linalg.solve(inner, seen[:, :, None])[:, :, 0])
-    return np.asarray(-0.5 * (square + np.log(spread).sum(axis=1) + np.linalg.slogdet(inner)[1]))
+def _worths(spread: Array, along: Array, level: Array, tilt: Array) -> tuple[Array, Array]:
+    """Logarithms of the likelihood for variances (sizes, n) of components, beside a level, and beside a level and a tilt.
+
+    Level and tilt have the variance 1.
+    """
+    columns = np.array([along**2, along * level, along * tilt, level**2, level * tilt, tilt**2])
+    square, by_level, by_tilt, a, b, c = columns @ (1 / np.maximum(spread, TINY)).T
+    a, c = 1 + a, 1 + c
+    free, determinant = square + np.log(spread).sum(axis=1), a * c - b**2
+    both = (c * by_level**2 - 2 * b * by_level * by_tilt + a * by_tilt**2) / determinant
+    return -0.5 * (free - by_level**2 / a + np.log(a)), -0.5 * (free - both + np.log(determinant))

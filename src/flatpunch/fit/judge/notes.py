@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from flatpunch._support.checks import TINY
 from flatpunch._support.prefixes import text
-from flatpunch.fit.judge.judgement import FEWEST, SURE, Fit
+from flatpunch.fit.judge.fitted import SURE, Fit
+from flatpunch.fit.judge.readings import FEWEST, SHARE
 from flatpunch.fit.measured.curve import Curve, CurveError
+from flatpunch.fit.measured.signal import CLEAR
 from flatpunch.fit.parameters.settings import Settings
 
 _CAUSES = {
@@ -17,17 +20,12 @@ _CAUSES = {
 }
 """Usual causes of a step or a bend of the force below or above the model."""
 
-_NOTED = 5.0
-"""Standard deviations of a departure within the fitted range that is worth a note."""
 
-
-def about_range(
-    fit: Fit, part: Curve, last: int, turned: float, seen: tuple[float, bool, float] | None, settings: Settings
-) -> list[str]:
+def about_range(fit: Fit, part: Curve, last: int, turned: float, settings: Settings) -> list[str]:
     """Where the fitted range ends and why, and what departs within it."""
     notes = []
     if (found := fit.departure) is not None and last < part.depth.size:
-        off = found.off / max(fit.most, 1e-300)
+        off = found.off / max(fit.most, TINY)
         side = -1 if off < 0 else 1
         notes.append(
             f"From a depth of {text(turned * float(part.depth[last]), 'm')} on ({part.depth.size - last} of {part.depth.size} "
@@ -40,12 +38,14 @@ def about_range(
             f"The model misses the force by about {fit.noise.error:.0%} of its largest value; the intervals contain this as "
             "noise, not what a wrong model adds."
         )
-    if seen is not None and seen[0] > _NOTED and abs(seen[2]) > 0.005:
-        notes.append(
-            f"Within the fitted range the force {'jumps' if seen[1] else 'bends away from the model'} by {seen[2]:+.1%} of its "
-            f"largest value ({seen[0]:.0f} standard deviations): usually "
-            f"{_CAUSES[seen[1], -1 if seen[2] < 0 else 1]}."
-        )
+    if (inside := fit.tested).any():
+        far, step, size = fit.departures.largest(inside, fit.force[: fit.end])
+        size /= fit.most
+        if far > CLEAR and abs(size) > SHARE / 2:
+            notes.append(
+                f"Within the fitted range the force {'jumps' if step else 'bends away from the model'} by {size:+.1%} of its "
+                f"largest value ({far:.0f} standard deviations): usually {_CAUSES[step, -1 if size < 0 else 1]}."
+            )
     return notes
 
 
@@ -54,7 +54,7 @@ def about_background(fit: Fit) -> list[str]:
     background = fit.noise.background
     if not background.size:
         return []
-    over = background.size / max(fit.most, 1e-300)
+    over = background.size / max(fit.most, TINY)
     if background.memory and not background.smooth:
         over *= np.sqrt(min(background.memory / 2, float(fit.record.x[max(fit.touch - 1, 0)])))
     does = "waves" if background.smooth else "drifts" if background.memory else "scatters"

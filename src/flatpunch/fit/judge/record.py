@@ -11,43 +11,32 @@ running sums of the same products.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 import scipy
 from scipy.ndimage import median_filter
 
 from flatpunch._support.checks import TINY, Array, Flags, Indices
-from flatpunch.fit.judge.background import Background, likeliest
+from flatpunch.fit.judge.background import LEARNT, Background, likeliest
+from flatpunch.fit.judge.readings import SHARE, over_line
 from flatpunch.fit.least_squares.minimum import Minimum, minimise
 from flatpunch.fit.least_squares.objective import Objective
-from flatpunch.fit.measured.signal import spread_of
+from flatpunch.fit.measured.signal import ROUNDED
 from flatpunch.fit.parameters.unknowns import NUISANCE
 
-NODES = 300
-"""Means of a record; more cost time only."""
-_CONTACTS, _BEFORE, _AMPLITUDES = 80, 40, 10
-"""Candidates of the contact on the record and up to its range before it, and of amplitudes behind a cantilever."""
-SHARE = 0.01
-"""Share of the force by which a model may be off without being wrong; few tips and calibrations are better."""
 _EXACT = 1e-7
 """Share of the range of the force to which models are computed: data without noise have this error."""
+_PARTS = 10
+"""Beginnings of a record that are compared with the whole: a grid."""
+_NOTHING = 1e8
+"""Variance of a mean that counts for nothing, over the range squared."""
+_CALM, _STIFF = 7, 0.05
+"""Means of the running median before a force is differentiated, and the least share of an error that a cantilever leaves."""
 
 
-class Found(NamedTuple):
-    """A contact of the scan: likelihood, amplitude, position of the base [m], sign of the force, end of the range, its gain."""
-
-    worth: float
-    amplitude: float
-    place: float
-    sign: float
-    end: int
-    gain: float
-
-
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, slots=True)
 class Noise:
     """A background and the model's own error over the largest force."""
 
@@ -84,6 +73,8 @@ class Record:
     step: float
     contacts: tuple[float, float]
     moduli: tuple[int, ...]
+    _risen: dict[bool, tuple[Array, Array]] = field(default_factory=dict)
+    _passed: dict[tuple[Noise, bool], Whitening] = field(default_factory=dict)
 
     @cached_property
     def size(self) -> int:
@@ -123,29 +114,26 @@ class Record:
         return self.objective.frame.span
 
     @cached_property
-    def give(self) -> Array:
-        """Factor by which an error of the model at a depth moves the force at a position of the base less."""
-        k = self.objective.spring
-        if k is None:
-            return np.ones(self.size)
-        way = self.x * float(np.ptp(self.objective.position))
-        steep = np.abs(np.gradient(median_filter(self.objective.force, 7, mode="nearest"), way))
-        return np.asarray(np.clip(1 - median_filter(steep, 7, mode="nearest") / k, 0.05, 1))
-
-    @cached_property
-    def variance(self) -> Array:
+    def quiet(self) -> Array:
         """Variance of the white noise of the means, over the range squared."""
-        return np.asarray(
-            (self.noise**2 / self.counts + self.step**2 / 12) / self.range**2
-            + (SHARE * self.y * self.give) ** 2
-            + _EXACT**2
-        )
+        return np.asarray((self.noise**2 / self.counts + (self.step * ROUNDED) ** 2) / self.range**2 + _EXACT**2)
 
-    @cached_property
-    def reached(self) -> Array:
-        """Share of the largest force that has been reached."""
-        rise = np.maximum.accumulate(median_filter(np.abs(self.y), 3, mode="nearest"))
-        return np.asarray(rise / max(float(rise[-1]), TINY))
+    def risen(self, tilt: bool) -> tuple[Array, Array]:
+        """Size of the force over its first fifth, and the factor by which an error of the model moves it less.
+
+        Behind a cantilever an error at a depth moves the force at a position of the base less.
+        """
+        if tilt not in self._risen:
+            over, k = self.y, self.objective.spring
+            if tilt and "baseline" in self.objective.nuisance:
+                over = over_line(self.x, over)
+            give = np.ones(self.size)
+            if k is not None:
+                steep = np.abs(np.gradient(median_filter(over, _CALM, mode="nearest"), self.x))
+                steep *= self.range / float(np.ptp(self.objective.position))
+                give = np.clip(1 - median_filter(steep, _CALM, mode="nearest") / k, _STIFF, 1)
+            self._risen[tilt] = np.abs(over), give
+        return self._risen[tilt]
 
     @property
     def bent(self) -> float:
@@ -161,46 +149,39 @@ class Record:
         """Unknowns of a problem at the model's starting values."""
         return np.append(objective.model.start(), np.zeros(len(objective.nuisance)))
 
-    @cached_property
-    def first_candidates(self) -> tuple[Array, Array, Array]:
-        """Candidates at the model's starting values."""
-        return self.candidates(self.at(self.zero))
-
     def with_tilt(self, tilt: bool) -> Objective:
         """The problem with or without a tilt of the background."""
         wanted = set(self.objective.nuisance) - {"tilt"} | ({"tilt"} if tilt else set())
         return replace(self.objective, nuisance=tuple(n for n in NUISANCE if n in wanted), _before={})
 
-    def at(self, x: Array, *, far: bool = False) -> Table:
-        """Force over depth at parameters, as deep as contacts on the record reach, or `far` before it."""
-        reach = (12.0 if far else 2.2) * float(np.ptp(self.objective.position))
-        theta = self.objective.split(x)[0]
-        while True:
-            depth = np.geomspace(1e-6 * reach, reach, 600)
-            try:
-                force = self.objective.model.evaluate(depth, theta)[0]
-            except ValueError:
-                # the shape of the tip ends
-                reach *= 0.8
-                continue
-            good = np.isfinite(force)
-            return Table(np.append(0.0, depth[good]), np.append(0.0, force[good]))
-
     def white(self, noise: Noise, gone: Flags | None = None, *, share: bool = True) -> Array:
         """Factor that makes the means over level and tilt independent with variance 1: (n,) if they are so, else (n, n).
 
-        Means that are `gone` count for nothing. Without `share` the model is taken for exact but for its stated error.
+        Means that are `gone` count for nothing. Unless `share` the model is taken for exact but for its stated error.
         """
-        variance = self.variance if share else self.variance - (SHARE * self.y * self.give) ** 2
-        variance = variance + noise.error**2 * self.reached * self.give**2
+        over, give = self.risen(noise.background.tilt)
+        variance = self.quiet
+        if share:
+            variance = variance + (SHARE * over * give) ** 2
+        if noise.error:
+            rise = np.maximum.accumulate(median_filter(over, 3, mode="nearest"))
+            rise /= max(float(rise[-1]), TINY)
+            variance = variance + noise.error**2 * rise * give**2
         if gone is not None:
-            variance = np.where(gone, 1e8, variance)
+            variance = np.where(gone, _NOTHING, variance)
         if noise.background.size == 0:
             return np.asarray(variance**-0.5)
         covariance = noise.background.covariance(self.x)
         covariance[np.diag_indices(self.size)] += variance
         factor = scipy.linalg.cholesky(covariance, lower=True, overwrite_a=True, check_finite=False)
         return np.asarray(scipy.linalg.lapack.dtrtri(factor, lower=1, overwrite_c=True)[0])
+
+    def passed(self, noise: Noise, *, share: bool = True) -> Whitening:
+        """The means one after the other over a noise, see `white`."""
+        if (noise, share) not in self._passed:
+            terms = self.terms if noise.background.tilt else self.terms[:, :-1]
+            self._passed[noise, share] = whitening(self.white(noise, share=share), terms)
+        return self._passed[noise, share]
 
     @cached_property
     def terms(self) -> Array:
@@ -210,148 +191,36 @@ class Record:
             columns.append(self.objective.speed / self.objective.frame.speed)
         return np.array([*columns, self.x]).T
 
-    def innovations(self, noise: Noise, columns: Array, *, share: bool = True) -> tuple[Array, Array]:
-        """Columns (n, m) made white, beside terms as large as the range, and the factors of their diagonal (n,).
-
-        Each mean is compared with what the means before it predict, the terms included (Kalman's filter of constants).
-        """
-        white = self.white(noise, share=share)
-        terms = self.terms if noise.background.tilt else self.terms[:, :-1]
-        if white.ndim == 1:
-            columns, terms = columns * white[:, None], terms * white[:, None]
-            diagonal = white
-        else:
-            columns, terms, diagonal = white @ columns, white @ terms, np.diag(white)
-        k = terms.shape[1]
-        if not k:
-            return columns, diagonal
-        before = np.zeros((self.size, k, k + columns.shape[1]))
-        products = terms[:, :, None] * np.hstack([terms, columns])[:, None, :]
-        np.cumsum(products[:-1], axis=0, out=before[1:])
-        gains = np.linalg.solve(np.eye(k) + before[:, :, :k], terms[:, :, None])[:, :, 0]
-        spread = np.sqrt(1 + np.einsum("nk,nk->n", gains, terms))
-        left = columns - np.einsum("nk,nkm->nm", gains, before[:, :, k:])
-        return left / spread[:, None], diagonal / spread
-
-    def candidates(self, table: Table) -> tuple[Array, Array, Array]:
-        """Contact points (as positions of the base) [m], amplitudes, and forces of all candidates over the range, (n, m)."""
-        position, k, n = self.objective.position, self.objective.spring, self.size
-        low, high = (end + self.bent for end in self.contacts)
-        if high > low:
-            way = float(np.ptp(position))
-            places = np.append(
-                position[np.linspace(1, n - 5, _CONTACTS).astype(int)],
-                position[-1] - way * np.geomspace(3e-3, 1, _BEFORE),
-            )
-            places = np.append(places, position[0] - way * np.array([0.03, 0.1, 0.3, 1.0, 1.7, 3.0, 5.0, 7.0, 10.0]))
-            places = places[places > position[-1] - table.depth[-1]]
-            inside = places[(places >= low) & (places <= min(high, position[-5]))]
-            first, last = (float(np.clip(end, position[0] - way, position[-1])) for end in (low, high))
-            places = np.unique(inside if inside.size >= 12 else np.append(inside, np.linspace(first, last, 24)))
-        else:
-            places = np.array([low])
-        contacts, amplitudes, forces = [], [], []
-        for place in places.tolist():
-            beyond = position - place
-            if k is None:
-                amounts = np.ones(1)
-            elif beyond[0] > 0:
-                # in contact from the first reading: the rise between both ends, of a tip that goes less far than the base
-                rise = abs(float(self.objective.force[-1] - self.objective.force[0]))
-                amounts = (
-                    rise
-                    / max(float(np.diff(table.force(beyond[[0, -1]]))[0]), TINY)
-                    * np.geomspace(0.7, 30, _AMPLITUDES)
-                )
-            else:
-                i = min(int(np.searchsorted(position, place)), n - 3)
-                rise = np.abs(self.objective.force - self.objective.force[max(i - 12, 0) : i + 1].mean())
-                at = np.unique((i + np.geomspace(2, max(n - 1 - i, 2), _AMPLITUDES)).astype(int))
-                at = at[at < n]
-                shape = table.force(beyond[at] - rise[at] / k)
-                amounts = rise[at][shape > 0] / shape[shape > 0]
-            for amount in amounts.tolist():
-                contacts.append(place)
-                amplitudes.append(amount)
-                forces.append(table.behind(beyond, amount, k))
-        columns = np.array(forces).T.reshape(n, -1) / self.range
-        most = columns.max(axis=0, initial=0.0)
-        good = most > 0
-        return np.array(contacts)[good], np.array(amplitudes)[good], columns[:, good]
-
-    def scan(self, noise: Noise, candidates: tuple[Array, Array, Array], end: int | None = None) -> Found | None:
-        """The likeliest contact and end of the range, or the likeliest contact of a given range; None without any."""
-        contacts, amplitudes, columns = candidates
-        if not contacts.size:
-            return None
-        n = self.size
-        most = columns.max(axis=0)
-        made, diagonal = self.innovations(noise, np.column_stack([self.y, columns / most]))
-        y, shapes = made[:, 0], made[:, 1:]
-        along = np.cumsum(shapes * y[:, None], axis=0)
-        square = np.maximum(np.cumsum(shapes * shapes, axis=0), TINY)
-        factor = along / square / most
-        gain = 0.5 * along**2 / square
-        if self.objective.spring is not None:
-            # the amplitude is in the shape of the column already
-            gain = np.where((np.abs(factor) > 0.5) & (np.abs(factor) < 2), gain, 0.0)
-        # a mean beyond the end may be anywhere within the range
-        worth = np.cumsum(np.log(diagonal) - 0.5 * np.log(2 * np.pi) - 0.5 * y * y)[:, None] + gain
-        touch = np.searchsorted(self.objective.position, contacts)
-        worth[np.arange(n)[:, None] < touch + 3] = -np.inf
-        if end is not None:
-            worth[: end - 1] = worth[end:] = -np.inf
-        e, j = np.unravel_index(int(np.argmax(worth)), worth.shape)
-        if not np.isfinite(worth[e, j]) or gain[e, j] <= 0:
-            return None
-        amplitude = abs(factor[e, j]) * (1.0 if self.objective.spring is None else amplitudes[j])
-        return Found(
-            float(worth[e, j]),
-            float(amplitude),
-            float(contacts[j]),
-            float(np.sign(factor[e, j])),
-            int(e) + 1,
-            float(gain[e, j]),
+    def worths(self, noise: Noise, force: Array | None = None) -> Array:
+        """Logarithms of the likelihood of one contact, of forces over the range, for every end of the described range."""
+        passed = self.passed(noise)
+        return passed.background(
+            passed.innovations(self.y[:, None] if force is None else (self.y - force)[:, None])[:, 0]
         )
 
-    def worths(self, noise: Noise, force: Array) -> Array:
-        """Logarithms of the likelihood of one contact, of forces over the range, for every end of the described range."""
-        made, diagonal = self.innovations(noise, np.column_stack([self.y, force]))
-        left = made[:, 0] - made[:, 1]
-        # a mean beyond the end may be anywhere within the range
-        return np.asarray(np.cumsum(np.log(diagonal) - 0.5 * np.log(2 * np.pi) - 0.5 * left**2))
-
-    def start(self, found: Found, x: Array) -> Array:
-        """Unknowns at a contact of the scan: the amplitude goes into the moduli."""
-        objective = self.objective
-        x = x.copy()
-        for j in self.moduli:
-            x[j] += np.log(found.amplitude) / len(self.moduli)
-        scales = objective.units
-        for name, value in (("contact", found.place - self.bent), ("baseline", self.level)):
-            if name in objective.nuisance:
-                offset, unit = scales[name]
-                x[objective.names.index(name)] = (value - offset) / unit
-        return x
-
     def learnt(self, touch: int, *, smooth: bool = True, tilt: bool = True, given: bool | None = None) -> Background:
-        """The background that the first means show, see `likeliest`."""
-        quiet = self.variance - (SHARE * self.y * self.give) ** 2
-        return likeliest(self.x[:touch], self.y[:touch], quiet[:touch], smooth=smooth, tilt=tilt, given=given)
+        """The background that the first means show beside a drag that is fitted, see `likeliest`."""
+        y, terms = self.y[:touch], self.terms[:touch, :-1]
+        if touch and terms.shape[1] > 1:
+            y = y - terms @ np.linalg.lstsq(terms, y, rcond=None)[0]
+        return likeliest(self.x[:touch], y, self.quiet[:touch], smooth=smooth, tilt=tilt, given=given)
 
-    def alone(self) -> tuple[Array, float]:
-        """The record as a background alone, of any size: logarithms of the likelihood of its first means, and of a beginning.
+    @cached_property
+    def alone(self) -> Array:
+        """Logarithms of the likelihood of the first means, of a record that is a background of any size alone."""
+        return self.worths(Noise(likeliest(self.x, self.y, self.quiet, bound=False)))
 
-        The second is how much better the background of a beginning describes it than the background of the whole does, for the
-        beginning in which that is most: without contact, all of the record is of one kind.
+    @cached_property
+    def quieter(self) -> float:
+        """How much better the background of a beginning describes it than that of the whole, where that is most [logarithm].
+
+        Without contact, all of the record is of one kind.
         """
-        quiet, still = self.variance - (SHARE * self.y * self.give) ** 2, np.zeros(self.size)
-        worths = self.worths(Noise(likeliest(self.x, self.y, quiet, bound=False)), still)
-        parts = np.unique(np.geomspace(8, max(self.size - 8, 8), 12).astype(int))
+        parts = np.unique(np.geomspace(LEARNT, max(self.size - LEARNT, LEARNT), _PARTS).astype(int))
         gains = [
-            self.worths(Noise(self.learnt(n)), still)[n - 1] - worths[n - 1] for n in parts[parts <= self.size].tolist()
+            self.worths(Noise(self.learnt(n)))[n - 1] - self.alone[n - 1] for n in parts[parts <= self.size].tolist()
         ]
-        return worths, float(max(gains, default=0.0))
+        return float(max(gains, default=0.0))
 
     def minimum(self, objective: Objective, x: Array, limits: tuple[Array, Array], end: int, white: Array) -> Minimum:
         """Least squares over the first means."""
@@ -360,82 +229,45 @@ class Record:
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
-    """Force [N] over depth [m], ascending from (0, 0)."""
+class Whitening:
+    """Means one after the other, each compared with what those before it predict (Kalman's filter of constants).
 
-    depth: Array
-    load: Array
-
-    def force(self, depth: Array) -> Array:
-        """Force at depths, zero where they are not positive."""
-        return np.interp(depth, self.depth, self.load, left=0.0)
-
-    def behind(self, beyond: Array, amount: float, spring: float | None) -> Array:
-        """Force times `amount` at positions of a cantilever's base beyond the contact."""
-        if spring is None:
-            return amount * self.force(beyond)
-        return amount * self.force(np.interp(beyond, self.depth + amount * self.load / spring, self.depth))
-
-
-def thinned(position: Array, force: Array) -> Indices:
-    """Where means over stretches of equal length along way and force begin, and the number of readings; the last stays alone."""
-    n = force.size
-    calm = median_filter(force, 5, mode="mirror")
-    rise = np.maximum.accumulate(np.abs(calm - np.median(calm[: max(n // 5, 3)])))
-    way = np.maximum.accumulate(median_filter(position, 5, mode="mirror"))
-    # readings of a hold go nowhere: a tenth of the means
-    along = (
-        0.1 * np.arange(n) / n + (way - way[0]) / max(float(way[-1] - way[0]), TINY) + rise / max(float(rise[-1]), TINY)
-    )
-    index = np.minimum((along / along[-1] * NODES).astype(int), NODES - 1)
-    index[-1] = NODES
-    return np.append(np.flatnonzero(np.diff(index, prepend=-1)), n)
-
-
-def strays(force: Array, noise: float) -> Flags:
-    """Readings that jump away and back, at the first and last reading too.
-
-    The median over a stretch keeps every rise; beside it a reading is far off by more than its noise and the bend of the force
-    within the stretch explain. The first and last are judged by the line through their neighbours.
+    Attributes
+    ----------
+    factor : ndarray, shape (n,) or (n, n)
+        Makes the means white over terms that are known.
+    terms, gains : ndarray, shape (n, k)
+        Terms as large as the range, made white, and what each mean takes of them from those before it.
+    spread : ndarray, shape (n,)
+        Standard deviation of a mean, of which the terms are not known before the first.
     """
-    n = force.size
-    # longest disturbance that may go away again, readings; and noise levels of a reading that is far off
-    half, far = max(min(24, n // 12), 1), 6.0
-    out = np.zeros(n, dtype=bool)
-    force = force.copy()
-    i = np.arange(1, 8)
-    low, high = np.triu_indices(7, 1)
-    for end, last in ((slice(None), 0), (slice(None, None, -1), n - 1)):
-        near = force[end][1:8]
-        slope = np.median((near[high] - near[low]) / (high - low))
-        if abs(force[last] - np.median(near - slope * i)) > 2 * far * noise + 3 * np.ptp(near):
-            out[last] = True
-            force[last] = near[0]
-    calm = median_filter(np.pad(force, half, mode="reflect", reflect_type="odd"), 2 * half + 1)[half:-half]
-    off = force - calm
-    # noise may differ along the record
-    blocks = np.array_split(np.abs(off), min(16, max(n // 50, 1)))
-    spread = np.repeat([spread_of(b) for b in blocks], [b.size for b in blocks])
-    bend = np.abs(np.gradient(calm)) * half / 3
-    away = np.abs(off) > far * np.maximum(noise, spread) + bend + SHARE * float(np.ptp(calm))
-    # the rise before a drop, and that out of a dip, are no jumps
-    turns = np.diff(away.astype(int), prepend=0, append=0)
-    for a, b in zip(np.flatnonzero(turns > 0).tolist(), np.flatnonzero(turns < 0).tolist(), strict=True):
-        jumps = [(a, a - 1, a)] * (a > 0) + [(b, b - 1, b - 1)] * (b < n)
-        away[a:b] = all(abs(force[i] - force[j]) > abs(off[k]) / 2 for i, j, k in jumps)
-    out |= away
-    return out if out.sum() <= 0.1 * n else np.zeros(n, dtype=bool)
+
+    factor: Array
+    terms: Array
+    gains: Array
+    spread: Array
+
+    def innovations(self, columns: Array) -> Array:
+        """Columns (n, m) made white."""
+        columns = columns * self.factor[:, None] if self.factor.ndim == 1 else self.factor @ columns
+        left = columns.copy()
+        for term, gain in zip(self.terms.T, self.gains.T, strict=True):
+            left[1:] -= gain[1:, None] * np.cumsum(term[:-1, None] * columns[:-1], axis=0)
+        return np.asarray(left / self.spread[:, None])
+
+    def background(self, y: Array) -> Array:
+        """Logarithm of the likelihood of the first means without contact, from their innovations (n,).
+
+        A mean beyond the last may be anywhere within the range.
+        """
+        diagonal = self.factor if self.factor.ndim == 1 else np.diag(self.factor)
+        return np.asarray(np.cumsum(np.log(diagonal / self.spread) - 0.5 * np.log(2 * np.pi) - 0.5 * y * y))
 
 
-def white_noise(force: Array, step: float, edges: Indices | None = None) -> float:
-    """Standard deviation of the noise of readings [N], from their fourth differences, in which a contact cancels.
-
-    `edges` are those of means: the noise of the usual of them, so that the many readings of a hold do not decide.
-    """
-    fourth = np.diff(force, 4)
-    cuts = (
-        np.zeros(0, dtype=int) if edges is None else np.minimum(edges[:: max(edges.size // 16, 1)][1:-1], fourth.size)
-    )
-    blocks = [b for b in np.split(fourth, cuts) if b.size > 8]
-    spread = float(np.median([spread_of(b) for b in blocks])) / float(np.sqrt(70)) if blocks else 0.0
-    return float(max(spread, step / np.sqrt(12), 1e-9 * float(np.ptp(force))))
+def whitening(factor: Array, terms: Array) -> Whitening:
+    """The filter of a factor and of terms (n, k) as large as the range."""
+    terms = terms * factor[:, None] if factor.ndim == 1 else factor @ terms
+    before = np.zeros((*terms.shape, terms.shape[1]))
+    np.cumsum(terms[:-1, :, None] * terms[:-1, None, :], axis=0, out=before[1:])
+    gains = np.asarray(np.linalg.solve(np.eye(terms.shape[1]) + before, terms[:, :, None])[:, :, 0], dtype=float)
+    return Whitening(factor, terms, gains, np.asarray(np.sqrt(1 + (gains * terms).sum(axis=1))))

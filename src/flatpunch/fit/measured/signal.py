@@ -14,6 +14,8 @@ Adhesion = Literal["refuse", "above", "ignore"]
 
 CLEAR = 6.0
 """Noise levels that a reading or a dip must have to count; with 3, four more of 30 synthetic curves are refused."""
+ROUNDED = float(1 / np.sqrt(12))
+"""Standard deviation of what is rounded to steps, over the step."""
 EXACT = 1e-9
 """Relative differences of data without noise, which were computed or printed, that are rounding."""
 
@@ -41,8 +43,10 @@ def noise_of(force: Array, step: float = 0.0) -> float:
 
     Most readings of a digitised force may be equal; the median of their deviations then is zero and says nothing.
     """
-    if step or not force.size:
-        return max(float(np.std(force)) if force.size else 0.0, step / float(np.sqrt(12)))
+    if not force.size:
+        return step * ROUNDED
+    if step:
+        return max(float(np.std(force)), step * ROUNDED)
     return spread_of(force - np.median(force))
 
 
