@@ -3,7 +3,8 @@
 
 PYTHON ?= python3
 VENV ?= .venv
-BIN := $(VENV)/bin
+# Windows has the programs of an environment in another folder.
+BIN := $(VENV)/$(if $(filter Windows_NT,$(OS)),Scripts,bin)
 # Processes for the tests, one a core of a small machine.
 WORKERS ?= 2
 
@@ -13,21 +14,21 @@ export OPENBLAS_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo app screenshots test slow benchmarks format format-check lint types docs docs-check tutorial lowest wheel integrations picture paper clean
+.PHONY: help install demo app screenshots test slow coverage benchmarks format format-check lint types docs docs-check tutorial lowest newest wheel integrations picture paper clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
 
-$(BIN)/python:
+$(BIN)/activate:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "Python 3.11 or newer is needed; try: make PYTHON=python3.12 ..." >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.installed-test: pyproject.toml | $(BIN)/python
+$(VENV)/.installed-test: pyproject.toml | $(BIN)/activate
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[test]'
 	@touch $@
 
-$(VENV)/.installed-dev: pyproject.toml | $(BIN)/python
+$(VENV)/.installed-dev: pyproject.toml | $(BIN)/activate
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $@ $(VENV)/.installed-test
 
@@ -45,8 +46,13 @@ test: $(VENV)/.installed-test  ## Run the whole test suite
 slow: $(VENV)/.installed-test  ## Run the large validations too
 	$(BIN)/python -m pytest -m 'slow or not slow'
 
-benchmarks: $(VENV)/.installed-test  ## Measure the speed targets
-	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-columns=min,median,rounds
+coverage: $(VENV)/.installed-dev  ## Run the tests and print which share of the package they execute
+	$(BIN)/python -m pytest -n $(WORKERS) --cov --cov-report=term:skip-covered
+
+benchmarks: $(VENV)/.installed-test  ## Measure the speed targets; the times of this version are kept in benchmarks/results
+	@mkdir -p benchmarks/results
+	$(BIN)/python -m pytest benchmarks --benchmark-enable --benchmark-columns=min,median,rounds \
+		--benchmark-json=benchmarks/results/$$($(BIN)/python -c 'import flatpunch; print(flatpunch.__version__)').json
 
 format: $(VENV)/.installed-dev  ## Bring the code into shape
 	$(BIN)/ruff format .
@@ -55,8 +61,12 @@ format: $(VENV)/.installed-dev  ## Bring the code into shape
 format-check: $(VENV)/.installed-dev
 	$(BIN)/ruff format --check .
 
-lint: $(VENV)/.installed-dev  ## Look for mistakes
+lint: $(VENV)/.installed-dev  ## Look for mistakes in the code and in the workflows
 	$(BIN)/ruff check .
+	$(BIN)/zizmor --offline --pedantic --quiet .github
+	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.dependabot .github/dependabot.yml
+	$(BIN)/check-jsonschema --builtin-schema vendor.readthedocs .readthedocs.yaml
 
 types: $(VENV)/.installed-dev  ## Check the types
 	$(BIN)/mypy
@@ -76,6 +86,11 @@ lowest: $(VENV)/.installed-dev  ## Test a part with the oldest versions of the d
 	$(UV) pip install --quiet --python $(OTHER)/lowest --resolution lowest-direct --only-binary :all: --no-binary flatpunch '.[test]'
 	$(OTHER)/lowest/bin/python -m pytest -q -n $(WORKERS) -W ignore::DeprecationWarning \
 		tests/files tests/media tests/reference tests/plots tests/contact/test_indent_input.py tests/adhesion/test_jkr_closed_forms.py
+
+newest: $(VENV)/.installed-dev  ## Test with the newest versions of the dependencies, those before their release included
+	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/newest
+	$(UV) pip install --quiet --python $(OTHER)/newest --prerelease allow --no-binary flatpunch '.[test]'
+	$(OTHER)/newest/bin/python -m pytest -q -n $(WORKERS)
 
 wheel: $(VENV)/.installed-dev  ## Build sdist and wheel, follow README in an environment without extras, and run the sdist's own tests there
 	$(UV) build --quiet --clear --out-dir $(OTHER)/dist

@@ -15,6 +15,7 @@ from atlas_tables.solving import panel_edges
 from flatpunch import atlas
 from flatpunch.files.tables.fields import CaseError
 from support.atlas_families import FAMILY_FILE, SMALL, soft_on_stiffer
+from support.platforms import SIGNALS
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,7 @@ def test_interrupted_and_resumed(small, tmp_path):
         np.testing.assert_array_equal(again.at(ratio=ratio).normalized_stiffness(beta), same)
 
 
+@SIGNALS
 def test_on_a_cluster_that_loses_a_worker(small, tmp_path):
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
     with (

@@ -77,7 +77,7 @@ def test_sparse_series_against_numpy():
     weights = rng.standard_normal(4)
     # rounding of sums of a thousand terms of order one
     np.testing.assert_allclose(evaluate(series.combined(weights), x, (y, z)), weights @ expected, atol=1e-12)
-    one = series.at((y[0], z[0])).over_beta
+    one = series.over_beta((y[0], z[0]))
     np.testing.assert_allclose(polynomials(x[:1], NODES - 1).T @ one, expected[:, :1].T, atol=1e-12)
 
 

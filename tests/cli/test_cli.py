@@ -16,6 +16,7 @@ import flatpunch as fp
 from flatpunch.cli import terminal
 from flatpunch.cli.app import app
 from flatpunch.files import load, shipped_cases
+from support.platforms import SIGNALS
 
 CASE = """
 title = "Gel"
@@ -243,6 +244,7 @@ def test_interrupts_end_with_status_130(case, tmp_path, monkeypatch, where):
     assert ((tmp_path / "gel.nc").read_bytes() == b"older") == (where != "flatpunch.plots.result.figure")
 
 
+@SIGNALS
 def test_a_real_interrupt(case, tmp_path):
     """The signal itself, in a process of its own, while the solver is at work."""
     script = (

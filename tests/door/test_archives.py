@@ -8,6 +8,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch._support import reading
+from support.platforms import PEAK_IN_KILOBYTES
 
 AXIS = np.linspace(-1e-6, 1e-6, 15)
 
@@ -47,6 +48,7 @@ def test_so_are_archives_of_curves(ending, tmp_path, monkeypatch):
         fp.read_curve(path)
 
 
+@PEAK_IN_KILOBYTES
 def test_the_largest_archive_is_one_that_a_laptop_bears(tmp_path):
     """Text takes fifteen times its size in memory; nothing is unpacked before it is refused."""
     import resource

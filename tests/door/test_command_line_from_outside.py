@@ -12,6 +12,7 @@ from flatpunch._support.messages import message, toml
 from flatpunch._support.whole_file import REMEDY
 from flatpunch.cli.app import app
 from support import case_mutations
+from support.platforms import PROC, SIGNALS
 
 CASE = """
 title = "gel µ"
@@ -58,10 +59,14 @@ def test_outputs_are_checked_before_the_work(case, tmp_path, monkeypatch):
     (tmp_path / "loop.nc").symlink_to(tmp_path / "loop.nc")
     refused(run("solve", case, "-o", tmp_path / "folder.nc"), "is a folder")
     refused(run("solve", case, "-o", tmp_path / "none" / "x.nc"), "does not exist")
-    refused(run("solve", case, "-o", "/proc/x.nc"), "cannot be written")
     refused(run("solve", case, "-o", tmp_path / "x.txt"), "the ending must be")
     refused(run("solve", case, "--plot", tmp_path / ("x" * 300 + ".png")), "cannot be written")
     refused(run("demo", "-o", case), "case.toml")
+
+
+@PROC
+def test_outputs_where_nobody_can_write(case):
+    refused(run("solve", case, "-o", "/proc/x.nc"), "cannot be written")
     refused(run("demo", "-o", "/proc/demo"), "/proc/demo", REMEDY)
     refused(run("atlas", "export", "bonded-layer", "--csv", "/proc/x.csv"), "/proc/x.csv", REMEDY)
 
@@ -154,6 +159,7 @@ def test_closed_and_narrow_streams(case):
     assert "1 um" in narrow.stdout
 
 
+@SIGNALS
 def test_an_interruption_while_libraries_load(case):
     program = (
         "import os, signal, sys\n"

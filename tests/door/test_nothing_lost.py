@@ -21,6 +21,7 @@ from flatpunch.atlas.library import folder as shipped_tables
 from flatpunch.cli.app import app
 from flatpunch.cli.terminal import outputs_of
 from flatpunch.fit.places import Records
+from support.platforms import PIPES
 
 BODY = """
 title = "Gel"
@@ -206,6 +207,7 @@ def test_one_file_for_two_outputs_is_refused(command, place):
     assert "the same file as --output x.nc" in words(done)
 
 
+@PIPES
 def test_what_is_not_a_file_is_not_replaced(place):
     os.mkfifo("pipe.nc")
     for path in ("pipe.nc", "device.nc"):

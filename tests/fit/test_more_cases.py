@@ -24,6 +24,7 @@ from flatpunch.fit.case import read_fit_case
 from flatpunch.fit.distributions import map_figure
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
+from support.platforms import SIGNALS
 from support.synthetic_curves import synthetic
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
@@ -266,6 +267,7 @@ def _command(process):
     return []
 
 
+@SIGNALS
 @pytest.mark.parametrize("late", [False, True], ids=["as workers start", "as they work"])
 def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
     """As a terminal does it: to all processes at once."""

@@ -10,6 +10,7 @@ from flatpunch import FlatpunchWarning
 from flatpunch.parallel import calls, solve_points
 from flatpunch.parallel import cluster as on_dask
 from support import sample_points as functions
+from support.platforms import SIGNALS
 
 
 @pytest.fixture(scope="module")
@@ -24,6 +25,7 @@ def cluster():
         yield made
 
 
+@SIGNALS
 def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     marks, seen = str(tmp_path), []
     points = {x: (x, marks) for x in ("once", *range(20))}
@@ -40,6 +42,7 @@ def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     assert solve_points(functions.deadly, points, workers=1, store=store).fresh == 0
 
 
+@SIGNALS
 # both workers are down for a while, on a busy machine for longer than is silently waited
 @pytest.mark.filterwarnings("ignore:All workers of the scheduler")
 def test_a_point_that_costs_every_worker_is_given_up_and_takes_no_other_with_it(cluster, tmp_path, monkeypatch):

@@ -17,6 +17,7 @@ from flatpunch.contact.refined.refinement import refinement
 from flatpunch.parallel.pool import MOST, shared_out
 from flatpunch.parallel.worker import dismiss
 from support import pool_calls as calls
+from support.platforms import FORK, SIGNALS
 
 HERE = os.getpid()
 
@@ -108,6 +109,7 @@ def test_outcomes_are_reported_as_they_come(worker):
     assert next(i for i, (_, (pid, _)) in enumerate(seen) if pid == worker) < 4
 
 
+@SIGNALS
 def test_a_worker_that_dies_leaves_its_calls_to_this_process(worker):
     found = shared_out(calls.deadly_elsewhere, HERE, range(8))
     assert found == [(HERE, item) for item in range(8)]
@@ -178,6 +180,7 @@ def test_threads_of_a_program_have_workers_of_their_own(worker):
     assert not {pid for pid, _ in other} & {pid for pid, _ in mine} - {HERE}
 
 
+@FORK
 def test_a_fork_leaves_the_workers_of_its_parent_alone(worker):
     reading, writing = os.pipe()
     child = os.fork()

@@ -14,9 +14,11 @@ import pytest
 
 from flatpunch.parallel import solve_points
 from support import sample_points as functions
+from support.platforms import SIGNALS
 
 HERE = Path(__file__).parents[1]
 _POINTS = 30
+_KILL = getattr(signal, "SIGKILL", signal.SIGTERM)  # which Windows does not have
 
 _SCRIPT = """
 import sys
@@ -36,6 +38,7 @@ def test_one_thread_in_each_process(monkeypatch):
     assert os.environ["OMP_NUM_THREADS"] == "4"
 
 
+@SIGNALS
 def test_a_process_that_dies_costs_no_other_point(tmp_path):
     marks = str(tmp_path)
     points = {x: (x, marks) for x in ("once", "always", *range(10))}
@@ -87,7 +90,8 @@ def test_groups_share_a_process():
     assert at["a"] == at["b"] or len(at["a"]) == 1 or len(at["b"]) == 1
 
 
-@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL], ids=["interrupt", "kill"])
+@SIGNALS
+@pytest.mark.parametrize("how", [signal.SIGINT, _KILL], ids=["interrupt", "kill"])
 def test_after_an_interruption_the_rest_is_solved(how, tmp_path):
     marks, store = tmp_path / "marks", tmp_path / "points"
     marks.mkdir()
@@ -113,7 +117,8 @@ def test_after_an_interruption_the_rest_is_solved(how, tmp_path):
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
 
 
-@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL], ids=["terminate", "kill"])
+@SIGNALS
+@pytest.mark.parametrize("how", [signal.SIGTERM, _KILL], ids=["terminate", "kill"])
 def test_workers_at_a_long_point_end_with_their_parent(how, tmp_path):
     marks, script = tmp_path / "marks", tmp_path / "script.py"
     marks.mkdir()
@@ -133,6 +138,7 @@ if any("popen_loky" in part for part in sys.orig_argv):
 """
 
 
+@SIGNALS
 def test_an_interruption_while_processes_start_is_heard_by_one(tmp_path):
     marks, mark = tmp_path / "marks", tmp_path / "starting"
     marks.mkdir()

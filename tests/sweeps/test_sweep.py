@@ -18,6 +18,7 @@ from flatpunch.cli.app import app
 from flatpunch.files.units import LENGTH, to_si
 from flatpunch.parallel import Folder
 from flatpunch.sweeps import picture, save_table, study, table
+from support.platforms import SIGNALS
 
 CASE = """
 title = "Ball on a film"
@@ -232,6 +233,7 @@ def test_the_command_refuses(case, tmp_path):
         picture.figure(kept)
 
 
+@SIGNALS
 def test_an_interrupted_study_goes_on(case, tmp_path):
     """Ctrl-C in a terminal reaches the workers too; status 130, nothing half-written, and the rest is solved later."""
     case.write_text('method = "bem"\n' + CASE.replace('"100 nm", "400 nm"', '"100 nm"'), encoding="utf-8")

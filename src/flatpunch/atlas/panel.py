@@ -7,7 +7,7 @@ T_i(ln beta) T_j(p1) T_k(p2).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -89,20 +89,15 @@ class SparseSeries:
     value: Array
     output: Indices
     beta_degree: Indices
-    degrees: tuple[Indices, ...] = ()
+    degrees: tuple[Indices, ...]
 
-    def at(self, x: Coordinates) -> SparseSeries:
-        """The series over ln beta alone, with all its coefficients, at coordinates of the parameters."""
+    def over_beta(self, x: Coordinates) -> Array:
+        """Coefficients of the series over ln beta at coordinates of the parameters, shape (NODES, outputs)."""
         weight = self.value
         for degree, coordinate in zip(self.degrees, x, strict=True):
             weight = weight * polynomials(np.reshape(coordinate, 1), int(degree.max(initial=0)))[degree, 0]
         total = np.bincount(self.output * NODES + self.beta_degree, weight, minlength=self.outputs * NODES)
-        return SparseSeries(self.outputs, np.asarray(total, dtype=float), *np.divmod(np.arange(total.size), NODES))
-
-    @property
-    def over_beta(self) -> Array:
-        """Coefficients of a series over ln beta alone, shape (NODES, outputs)."""
-        return self.value.reshape(self.outputs, NODES).T
+        return np.ascontiguousarray(total.reshape(self.outputs, NODES).T, dtype=float)
 
     def combined(self, weights: Array) -> Array:
         """Dense coefficients, shape (NODES, degrees of parameter 1, ...), of a sum of the functions with `weights`."""
@@ -132,18 +127,19 @@ def evaluate(dense: Array, x: Array, parameters: Coordinates) -> Array:
 class Panel:
     """Functions on the interval low <= beta <= high: "flat", and with responses "stiffening", "edge_1" and "edge_2".
 
-    `orders` are the harmonics m of the responses, none without them.
+    `orders` are the harmonics m of the responses, none without them; `x` the coordinates of one medium.
     """
 
     low: float
     high: float
     series: Mapping[str, SparseSeries] = field(repr=False)
     orders: Indices = field(default_factory=lambda: np.zeros(0, dtype=int), repr=False)
-    _dense: dict[float | None, Array] = field(default_factory=dict, init=False, repr=False)
+    x: Coordinates = ()
+    _kept: dict[float | str | None, Array] = field(default_factory=dict, init=False, repr=False)
 
     def at(self, x: Coordinates) -> Panel:
-        """The panel of one medium."""
-        return Panel(self.low, self.high, {name: one.at(x) for name, one in self.series.items()}, self.orders)
+        """The panel of one medium, whose series are put together when they are needed."""
+        return replace(self, x=x)
 
     def stiffness_and_moments(self, beta: Array, x: Coordinates, exponents: tuple[float, ...]) -> Array:
         """Kbar and kappa_n for each exponent, shape (1 + exponents, n)."""
@@ -161,7 +157,9 @@ class Panel:
 
     def derivatives(self, name: str, beta: Array, order: int) -> list[Array]:
         """Functions of one medium and their derivatives by ln beta up to `order`, shape (n, outputs) each."""
-        (place, stretch), coefficients = self._place(beta), self.series[name].over_beta
+        if name not in self._kept:
+            self._kept[name] = self.series[name].over_beta(self.x)
+        (place, stretch), coefficients = self._place(beta), self._kept[name]
         basis, found = polynomials(place), []
         for _ in range(order + 1):
             found.append(basis[: coefficients.shape[0]].T @ coefficients)
@@ -175,7 +173,7 @@ class Panel:
 
     def _combined(self, exponent: float | None) -> Array:
         """Dense series of ln Kbar, or of kappa_n/Kbar; output 0 of the series is ln Kbar, output n is c_n/c_0."""
-        if exponent not in self._dense:
+        if exponent not in self._kept:
             flat = self.series["flat"]
             if exponent is None:
                 dense = flat.combined(np.eye(1, flat.outputs)[0])
@@ -184,8 +182,8 @@ class Panel:
                 constant, weights[0] = weights[0], 0.0
                 dense = flat.combined(weights)
                 dense[(0,) * dense.ndim] += constant
-            self._dense[exponent] = dense
-        return self._dense[exponent]
+            self._kept[exponent] = dense
+        return self._kept[exponent]
 
 
 @dataclass(frozen=True, eq=False)

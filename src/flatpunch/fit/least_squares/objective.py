@@ -123,6 +123,18 @@ class Objective(Unknowns):
         assert self.spring is not None
         return 1 + stiffness / self.spring
 
+    def gives(self, x: Array) -> Array:
+        """How many times larger than a residual the difference in force at the measured position of the tip is, shape (n,)."""
+        theta, rest = self.split(x)
+        depth = self.depth - rest["contact"]
+        if self.spring is not None:
+            depth = depth + self.background(rest, self.position, self.speed) / self.spring
+        inside = depth > 0
+        result = np.ones(depth.size)
+        if self.spring is not None and inside.any():
+            result[inside] = self._give(self.model.evaluate(depth[inside], theta)[1])
+        return result
+
     def over(self, curve: Curve, x: Array) -> Array:
         """Fitted force at all points of the curve that is shown [N]."""
         theta, rest = self.split(x)
