@@ -288,6 +288,7 @@ def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
             assert time.monotonic() < end, "no workers"
             assert run.poll() is None, run.stdout.read()
             time.sleep(0.02)
+        end = time.monotonic() + 120
         while late and not list(out.parent.glob("table.records/*.json")):
             assert time.monotonic() < end, "no records"
             time.sleep(0.02)
