@@ -65,7 +65,7 @@ class Table:
     name: str
     title: str
     parameters: tuple[Parameter, ...]
-    panels: tuple[AnyPanel, ...]
+    panels: tuple[AnyPanel, ...] = field(repr=False)
     bound: float
     attributes: Mapping[str, object] = field(default_factory=dict)
     _solutions: dict[tuple[float, ...], Solution] = field(default_factory=dict, init=False, repr=False)
@@ -184,7 +184,7 @@ class Solution:
 
     family: str
     parameters: Mapping[str, float] = field(compare=False)
-    panels: tuple[Panel, ...]
+    panels: tuple[Panel, ...] = field(repr=False)
     error: float
     outside: Outside = "solve"
 
