@@ -24,8 +24,10 @@ _WALKS = (0.02, 0.1, 0.5, np.inf)
 """Memories of walks, over the way before the contact."""
 _WAVES = (0.15, 0.5, 1.5)
 """Memories of smooth waves, over the way before the contact."""
-_SIZES, _LARGEST = np.geomspace(1e-3, 1.0, 20), 0.25
-"""Sizes of a process over the range of the force: a grid. Before a contact a larger one would swallow it."""
+_SIZES = np.geomspace(1e-3, 0.25, 16)
+"""Sizes of a process over the range of the force; a larger process would swallow a contact."""
+_UNBOUND = np.geomspace(1e-3, 1.0, 20)
+"""Sizes of a process that explains a whole record without contact."""
 _USUAL = 0.1
 """Size that the force without contact seldom exceeds, over the range of the force: standard deviation of the prior."""
 _NODES = 64
@@ -97,7 +99,7 @@ def likeliest(
     bound : bool
         Whether the process is small beside the range of the force: before a contact, but not without one.
     """
-    usual, tried = (_USUAL, _SIZES[_SIZES < _LARGEST]) if bound else (np.inf, _SIZES)
+    usual, tried = (_USUAL, _SIZES) if bound else (np.inf, _UNBOUND)
     nodes = min(_NODES, x.size)
     way = float(x[-1] - x[0]) if x.size else 0.0
     if nodes < LEARNT or not way > 0:

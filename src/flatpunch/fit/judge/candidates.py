@@ -59,7 +59,7 @@ class Table:
 def table_at(record: Record, x: Array, *, far: bool = False) -> Table:
     """Force over depth at parameters, as deep as contacts on the record reach, or `far` before it."""
     objective = record.objective
-    reach = 3 * (4 if far else 1) * float(np.ptp(objective.position))
+    reach = (1.2 * _BEFORE[-1] if far else 2.2) * float(np.ptp(objective.position))
     theta = objective.split(x)[0]
     while True:
         depth = np.geomspace(1e-6 * reach, reach, _DEPTHS)
@@ -67,7 +67,7 @@ def table_at(record: Record, x: Array, *, far: bool = False) -> Table:
             force = objective.model.evaluate(depth, theta)[0]
         except ValueError:
             # the shape of the tip ends
-            reach *= 3 / 4
+            reach *= 0.8
             continue
         good = np.isfinite(force)
         return Table(np.append(0.0, depth[good]), np.append(0.0, force[good]))

@@ -18,7 +18,7 @@ from flatpunch.fit.least_squares.objective import Objective
 
 SURE = 15.0
 """Gain in log-likelihood from which a contact is one: noise alone gives less in 1e4 records with 1e3 candidates each."""
-_LOOKED, _QUIET = 10.0, 4.0
+_LOOKED, _QUIET = 9.0, 4.0
 """Gains of a contact, and of a beginning that is quieter than the whole, over a background of any size; chance gives less.
 
 Of 72 records of drift and waves none gave more than 8 and 3.5.

@@ -26,7 +26,7 @@ _ERRORS = (0.0, 0.01, 0.03, 0.1)
 """Errors of a model over the largest force; the last only where the others describe little of the rise."""
 _PART = 0.4
 """Share of what the largest error of a model describes that a smaller error has to describe."""
-_LITTLE = 0.1
+_LITTLE = 0.12
 """Share of the range of the force below which what falls behind it may be part of the background."""
 _STARTS = (0.0, 1 / 3, 0.85)
 """Parts of the record from which the background is learnt first."""
@@ -134,7 +134,7 @@ class Judge:
         record = self.record
         found = scan(record, noise, self.first, end)
         position = record.objective.position
-        if found is not None and found.place < position[0] - 0.5 * np.ptp(position):
+        if found is not None and found.place < position[0] - 0.9 * np.ptp(position):
             found = scan(record, noise, candidates(record, table_at(record, record.zero, far=True)), end)
         for _ in range(3):
             if (

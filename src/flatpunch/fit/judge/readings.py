@@ -69,7 +69,7 @@ def strays(force: Array, noise: float) -> Flags:
     calm = median_filter(np.pad(force, half, mode="reflect", reflect_type="odd"), 2 * half + 1)[half:-half]
     off = force - calm
     # noise may differ along the record
-    blocks = np.array_split(np.abs(off), max(n // (4 * half), 1))
+    blocks = np.array_split(np.abs(off), min(16, max(n // 50, 1)))
     spread = np.repeat([spread_of(b) for b in blocks], [b.size for b in blocks])
     bend = np.abs(np.gradient(calm)) * half / 3
     away = np.abs(off) > CLEAR * np.maximum(noise, spread) + bend + SHARE * float(np.ptp(calm))
@@ -89,8 +89,8 @@ def white_noise(force: Array, step: float, edges: Indices | None = None) -> floa
     """
     fourth = np.diff(force, 4)
     cuts = (
-        np.zeros(0, dtype=int) if edges is None else np.minimum(edges[:: max(edges.size // 10, 1)][1:-1], fourth.size)
+        np.zeros(0, dtype=int) if edges is None else np.minimum(edges[:: max(edges.size // 16, 1)][1:-1], fourth.size)
     )
-    blocks = [b for b in np.split(fourth, cuts) if b.size > _NEAR]
+    blocks = [b for b in np.split(fourth, cuts) if b.size > 8]
     spread = float(np.median([spread_of(b) for b in blocks])) / float(np.sqrt(70)) if blocks else 0.0
     return float(max(spread, step * ROUNDED, 1e-9 * float(np.ptp(force))))

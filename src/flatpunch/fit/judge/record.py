@@ -28,7 +28,7 @@ from flatpunch.fit.parameters.unknowns import NUISANCE
 
 _EXACT = 1e-7
 """Share of the range of the force to which models are computed: data without noise have this error."""
-_PARTS = 10
+_PARTS = 12
 """Beginnings of a record that are compared with the whole: a grid."""
 _NOTHING = 1e8
 """Variance of a mean that counts for nothing, over the range squared."""
