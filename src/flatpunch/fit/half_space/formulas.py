@@ -23,7 +23,7 @@ from flatpunch.fit.half_space import published
 from flatpunch.fit.report.table import csv_of
 from flatpunch.indenters import Cone, Paraboloid, Pyramid, Sphere
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import AnyLayer, Body, Layer, Medium, Stack
+from flatpunch.media import AnyLayer, Body, Layer, Medium, Stack, underlying
 from flatpunch.media.material import young_and_poisson
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Formula:
 
 def layer_on_top(medium: Body) -> tuple[Stack, AnyLayer]:
     """Return the sample and the homogeneous layer at its surface, whose modulus formulas give; ValueError without one."""
-    stack = medium.single
+    stack = underlying(medium).single
     if not stack or not stack.layers or not stack.layers[0].isotropic:
         raise BadValue("layers[0]", "", "must be a homogeneous layer on top of a Medium: its modulus is looked for.")
     return stack, stack.layers[0]
@@ -237,6 +237,7 @@ def compare_formulas(
     """
     import xarray as xr
 
+    check_indenter(indenter)
     medium, top = layer_on_top(medium)
     young, poisson = young_and_poisson(top)
     star = 1 / (1 - poisson**2)

@@ -77,12 +77,9 @@ class HeightMap(Indenter):
         Where the apex is (x, y) [m], between the points.
     shape, spacing : tuple
         Rows and columns of the map, and their mean distances along x and y [m].
-    rising : bool
-        Whether the map rises from its apex in every direction. If not, boundary elements alone solve it.
-    elsewhere : float
-        Height of the lowest summit beyond the circle in which it does [m]; infinite without one.
-    notes : tuple of str
-        What smoothing changed.
+    rising, elsewhere : bool, float
+        Whether the map rises from its apex in every direction: if not, boundary elements alone solve it. Height of the lowest
+        summit beyond the circle in which it does [m]; infinite without one.
 
     See Also
     --------
