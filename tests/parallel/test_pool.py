@@ -29,8 +29,14 @@ def two_cores(monkeypatch):
     monkeypatch.setattr("flatpunch._support.threads.cores", lambda: 2)
 
 
+OTHERS = set()
+"""Worker processes that earlier tests have left: those of a page stay until this process ends."""
+
+
 @pytest.fixture(scope="module", autouse=True)
 def none_left():
+    dismiss()
+    OTHERS.update(living())
     yield
     dismiss()
 
@@ -41,8 +47,9 @@ def no_worker():
 
 
 def living():
-    """Worker processes of this one."""
-    return [child.pid for child in psutil.Process().children() if any("popen_loky" in word for word in child.cmdline())]
+    """Worker processes of this one, but for those of earlier tests."""
+    children = psutil.Process().children()
+    return [c.pid for c in children if c.pid not in OTHERS and any("popen_loky" in word for word in c.cmdline())]
 
 
 @pytest.fixture
