@@ -16,8 +16,9 @@ from flatpunch.contact.default import EXACT, LIFTS_OFF, Choice, Method, adhesive
 from flatpunch.contact.methods import BoundaryElements, Exact
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_rising
-from flatpunch.media import Body, FreeLayer
+from flatpunch.media import Body
 from flatpunch.media.relaxation import Relaxation
+from flatpunch.media.stack import LooseBody
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -108,7 +109,7 @@ def check_free_layer(indenter: Indenter, method: Method | None, others: Mapping[
 
 
 def on_free_layer(
-    medium: FreeLayer,
+    medium: LooseBody,
     indenter: Indenter,
     given: dict[str, Values | None],
     method: Method | None,

@@ -33,7 +33,7 @@ from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.profile import Moments
 from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import FreeLayer
+from flatpunch.media.stack import LooseBody
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import edge_signs
 from flatpunch.punch.wavenumbers import spherical_bessel
@@ -131,7 +131,7 @@ class _Plate:
         return b, depth, force
 
 
-def solve(medium: FreeLayer, indenter: Indenter, control: Control, phi: Array) -> Curve:
+def solve(medium: LooseBody, indenter: Indenter, control: Control, phi: Array) -> Curve:
     """Round tips and flat punches at depths, forces or radii, with `base_radius` and the estimated error of the force."""
     h, modulus = medium.thickness, medium.surface_modulus
     softness = modulus * medium.base.softest
@@ -166,7 +166,7 @@ def solve(medium: FreeLayer, indenter: Indenter, control: Control, phi: Array) -
     return _curve(phi, found["depth"], found["force"], found["radius"], tangent, found["base"], error)
 
 
-def depths_held_down(medium: FreeLayer, indenter: Indenter, control: Control) -> Array:
+def depths_held_down(medium: LooseBody, indenter: Indenter, control: Control) -> Array:
     """Depths of the steps on a layer that is held down [m], which differ by some per cent; refuses what cannot be solved."""
     if indenter.flat:
         if control.name == "radius":
@@ -185,7 +185,7 @@ def depths_held_down(medium: FreeLayer, indenter: Indenter, control: Control) ->
     return depths
 
 
-def _solved_depths(medium: FreeLayer, indenter: Indenter, depths: Array, margin: float) -> Array:
+def _solved_depths(medium: LooseBody, indenter: Indenter, depths: Array, margin: float) -> Array:
     """Depths on the layer held down [m] at whose radii contacts are solved, a margin beyond those of the steps."""
     live = depths[depths > 0]
     low, high = (
@@ -196,11 +196,11 @@ def _solved_depths(medium: FreeLayer, indenter: Indenter, depths: Array, margin:
     return np.geomspace(low, high, 6 + int(np.ceil(_PER_DECADE * np.log10(high / low))))
 
 
-def _held_down(medium: FreeLayer, indenter: Indenter, control: Control) -> RoundContact:
+def _held_down(medium: LooseBody, indenter: Indenter, control: Control) -> RoundContact:
     return mean_contact(compliance(medium.held_down), indenter, control)[1]
 
 
-def _contacts(plate: _Plate, medium: FreeLayer, indenter: Indenter, x: Array) -> Array:
+def _contacts(plate: _Plate, medium: LooseBody, indenter: Indenter, x: Array) -> Array:
     """Radius on the base, depth, force and radius, a row each, of contacts as wide as on a layer held down at depths exp(x)."""
     h, modulus, profile = medium.thickness, medium.surface_modulus, mean_profile(indenter)
     radii = _held_down(medium, indenter, Control("depth", np.exp(x))).radius

@@ -8,12 +8,12 @@ from flatpunch._support.checks import poisson_ratio, positive, shown
 from flatpunch._support.readable import readable
 from flatpunch.media.bodies import Layer, Medium, RigidBase
 from flatpunch.media.material import AnyLayer, plane_strain_modulus, young_and_poisson
-from flatpunch.media.stack import Base, Body, Stack
+from flatpunch.media.stack import Base, LooseBody, Stack
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FreeLayer(Body):
+class FreeLayer(LooseBody):
     """Layer that lies on a base without friction, adhesion and weight, so that it lifts off around the contact.
 
     Only `indent` takes it, for round tips and flat punches.

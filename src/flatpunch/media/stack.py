@@ -11,9 +11,6 @@ from typing import TYPE_CHECKING, Self
 
 from flatpunch.media.material import AnyLayer, Material, Part
 
-if TYPE_CHECKING:
-    from flatpunch.media.free_layer import FreeLayer
-
 
 class Body(Part, ABC):
     """What an indenter can be pressed into."""
@@ -52,7 +49,7 @@ class Body(Part, ABC):
         return lengths[0] if lengths[0] != inf else lengths[-1]
 
     @property
-    def free(self) -> FreeLayer | None:
+    def free(self) -> LooseBody | None:
         """The layer itself where it lies loosely and lifts off its base."""
         return None
 
@@ -91,6 +88,27 @@ class Stack(Body):
     def parts(self) -> tuple[Material, ...]:
         """The layers from the surface down, and the base after them."""
         return (*self.layers, self.base)
+
+
+class LooseBody(Body):
+    """A layer that lies loosely on a base and lifts off around the contact."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:  # properties here would be taken for defaults of fields
+
+        @property
+        def thickness(self) -> float:
+            """Thickness of the layer [m]."""
+
+        @property
+        def base(self) -> Base:
+            """What it lies on."""
+
+    @property
+    @abstractmethod
+    def held_down(self) -> Stack:
+        """The layer held down by its base, on which it slides."""
 
 
 class Base(Material, Stack):
