@@ -14,7 +14,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 export MKL_NUM_THREADS ?= 1
 
 .DEFAULT_GOAL := help
-.PHONY: help install demo app screenshots test slow coverage benchmarks format format-check lint types docs docs-check tutorial lowest newest wheel integrations picture paper clean
+.PHONY: help install demo app screenshots test test-long slow coverage benchmarks format format-check lint types docs docs-check tutorial lowest newest wheel integrations picture paper clean
 
 help:  ## Show this list
 	@grep -hE '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:[^#]*## /\t/' | expand -t 14
@@ -40,14 +40,17 @@ demo: $(VENV)/.installed-test  ## Solve the shipped cases: tables here, results 
 app: $(VENV)/.installed-test  ## Open the page in the browser
 	$(BIN)/flatpunch app
 
-test: $(VENV)/.installed-test  ## Run the whole test suite
+test: $(VENV)/.installed-test  ## Run the tests, but for those that take longer than a second
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+test-long: $(VENV)/.installed-test  ## Run the tests that take longer than a second
+	$(BIN)/python -m pytest -n $(WORKERS) -m 'long and not slow'
 
 slow: $(VENV)/.installed-test  ## Run the large validations too
 	$(BIN)/python -m pytest -m 'slow or not slow'
 
 coverage: $(VENV)/.installed-dev  ## Run the tests and print which share of the package they execute
-	$(BIN)/python -m pytest -n $(WORKERS) --cov --cov-report=term:skip-covered
+	$(BIN)/python -m pytest -n $(WORKERS) -m 'not slow' --cov --cov-report=term:skip-covered
 
 benchmarks: $(VENV)/.installed-test  ## Measure the speed targets; the times of this version are kept in benchmarks/results
 	@mkdir -p benchmarks/results
@@ -75,7 +78,7 @@ docs: $(VENV)/.installed-dev  ## Build the documentation: docs/_build/html/index
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build/html -d docs/_build/doctrees
 
 docs-check: $(VENV)/.installed-test  ## Run the examples in README and docs, and follow their links
-	$(BIN)/python -m pytest -q tests/test_readme.py
+	$(BIN)/python -m pytest -q -m 'not slow' tests/test_readme.py
 
 # Environments beside the usual one are made by uv, which resolves to the lowest versions too.
 UV := $(BIN)/uv
@@ -84,13 +87,13 @@ OTHER := .environments
 lowest: $(VENV)/.installed-dev  ## Test a part with the oldest versions of the dependencies that pyproject.toml allows
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/lowest
 	$(UV) pip install --quiet --python $(OTHER)/lowest --resolution lowest-direct --only-binary :all: --no-binary flatpunch '.[test]'
-	$(OTHER)/lowest/bin/python -m pytest -q -n $(WORKERS) -W ignore::DeprecationWarning \
+	$(OTHER)/lowest/bin/python -m pytest -q -n $(WORKERS) -m 'not slow' -W ignore::DeprecationWarning \
 		tests/files tests/media tests/reference tests/plots tests/contact/test_indent_input.py tests/adhesion/test_jkr_closed_forms.py
 
 newest: $(VENV)/.installed-dev  ## Test with the newest versions of the dependencies, those before their release included
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/newest
 	$(UV) pip install --quiet --python $(OTHER)/newest --prerelease allow --no-binary flatpunch '.[test]'
-	$(OTHER)/newest/bin/python -m pytest -q -n $(WORKERS)
+	$(OTHER)/newest/bin/python -m pytest -q -n $(WORKERS) -m 'not slow'
 
 wheel: $(VENV)/.installed-dev  ## Build sdist and wheel, follow README in an environment without extras, and run the sdist's own tests there
 	$(UV) build --quiet --clear --out-dir $(OTHER)/dist
@@ -101,7 +104,7 @@ wheel: $(VENV)/.installed-dev  ## Build sdist and wheel, follow README in an env
 	cd $(OTHER)/wheel && bin/flatpunch demo --output demo-results > demo.txt && tail -3 demo.txt
 	rm -rf $(OTHER)/sdist && mkdir $(OTHER)/sdist && tar -xzf $(OTHER)/dist/*.tar.gz -C $(OTHER)/sdist --strip-components 1
 	$(UV) pip install --quiet --python $(OTHER)/wheel pytest pytest-benchmark hypothesis
-	cd $(OTHER)/sdist && ../wheel/bin/python -m pytest -q tests/test_lazy_import.py tests/adhesion/test_jkr_closed_forms.py \
+	cd $(OTHER)/sdist && ../wheel/bin/python -m pytest -q -m 'not slow' tests/test_lazy_import.py tests/adhesion/test_jkr_closed_forms.py \
 		tests/files/test_cite.py tests/fit/test_unloading.py
 
 tutorial: $(VENV)/.installed-dev  ## Follow README, tutorial and pages literally, in an environment made as the tutorial says
@@ -118,7 +121,7 @@ integrations: $(VENV)/.installed-dev  ## Test with the programs that there are p
 		micromechanics==1.3.5
 	! $(PYTHON39) --version || { $(UV) venv --quiet --clear --python $(PYTHON39) $(OTHER)/slippy && \
 		$(UV) pip install --quiet --python $(OTHER)/slippy slippy==0.5.2; }
-	FLATPUNCH_SLIPPY=$$(ls $(CURDIR)/$(OTHER)/slippy/bin/python 2>/dev/null) $(OTHER)/integrations/bin/python -m pytest -q -n 0 \
+	FLATPUNCH_SLIPPY=$$(ls $(CURDIR)/$(OTHER)/slippy/bin/python 2>/dev/null) $(OTHER)/integrations/bin/python -m pytest -q -n 0 -m 'not slow' \
 		tests/plugins tests/indenters/test_height_maps.py tests/files/test_vtk.py \
 		-k "not test_readme or docs/plugins" tests/test_readme.py
 
@@ -133,7 +136,7 @@ paper: $(VENV)/.installed-test  ## Compute the figures of the paper: tables and 
 	PYTHONPATH=examples $(BIN)/python -m paper --output paper-figures
 
 screenshots: $(VENV)/.installed-test  ## Take the pictures of the page for the docs again; needs Chromium
-	FLATPUNCH_SCREENSHOTS=docs/images $(BIN)/python -m pytest -q -n 0 tests/app/test_browser.py
+	FLATPUNCH_SCREENSHOTS=docs/images $(BIN)/python -m pytest -q -n 0 -m 'not slow' tests/app/test_browser.py
 
 clean:  ## Remove what was made, the environment included
 	rm -rf docs/_build docs/gallery docs/generated

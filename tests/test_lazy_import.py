@@ -53,6 +53,7 @@ UNUSED = {
 """Libraries that are loaded by files, pictures, commands and fits only."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "call",
     [
@@ -70,6 +71,7 @@ def test_results_load_no_library_that_they_do_not_use(call):
     assert not UNUSED & set(loaded)
 
 
+@pytest.mark.long
 def test_a_round_contact_loads_nothing_of_scipy():
     """The special functions take a quarter of the first call of a process to load, and few of their values are needed."""
     code = (
@@ -88,6 +90,7 @@ def test_every_name_is_there(name):
     assert getattr(fp, name) is not None
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["compliance", "fit"])
 @pytest.mark.parametrize("first", ["import flatpunch.{0}", "from flatpunch.{0} import {0}", "flatpunch.{0}"])
 def test_functions_named_like_a_part_stay_functions(name, first):
@@ -112,6 +115,7 @@ def test_the_command_line_is_there_without_physics():
     assert not {"numpy", "scipy", "xarray", "matplotlib"} & set(loaded)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["unloading", "oliver_pharr"])
 def test_functions_of_a_part_named_like_its_modules(name):
     code = f"import sys, flatpunch.fit.films.{name}; print(type(sys.modules['flatpunch.fit'].{name}).__name__)"

@@ -28,6 +28,7 @@ def blocks(language):
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("code", blocks("python"))
 def test_python_blocks(code, tmp_path, monkeypatch):
     """Run a block; every comment "prints: ..." is one line that it prints. Those for other programs need the program."""

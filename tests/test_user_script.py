@@ -4,10 +4,12 @@ import runpy
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 import flatpunch as fp
 
 
+@pytest.mark.long
 def test_the_typed_script_runs():
     made = runpy.run_path(str(Path(__file__).parent / "typing" / "user_script.py"))
     kinds = {"sharp": fp.Pyramid, "worn": fp.Rounded, "flat": fp.Truncated, "rounded": fp.Rounded, "knoop": fp.Rounded}

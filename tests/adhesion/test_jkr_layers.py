@@ -105,6 +105,7 @@ def test_slopes_and_energy_balance(thickness, poisson):
     assert np.allclose((above.force - below.force) / (2 * step), contact.force_slope, rtol=0, atol=1e-6 * scale)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("quantity", ["depth", "force"])
 @pytest.mark.parametrize(
     ("medium", "indenter"),
@@ -128,6 +129,7 @@ def test_area_of_the_loop_is_the_energy_lost(medium, indenter, quantity):
     assert quantity == "force" or all(jump["energy"] > 0 for jump in jumps)
 
 
+@pytest.mark.long
 def test_a_film_has_two_stable_contacts():
     medium = fp.Medium([fp.Layer(1e4, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
     found = []
@@ -209,6 +211,7 @@ PRESSED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("work", [1e-4, 1e-2])
 @pytest.mark.parametrize("body", PRESSED)
 def test_the_pressure_balances_the_stress_at_the_surface(body, work):

@@ -40,6 +40,7 @@ def test_order_of_the_error_against_exact_ellipses(radius):
     assert np.all(errors[0] < [0.15 * 0.2**4, 0.03 * 0.2**3, 0.1 * 0.2**4])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [-0.3, 0.4, 0.7])
 @pytest.mark.parametrize("radius", [0.6, 1.5])
 def test_order_of_the_error_on_power_law_half_spaces(exponent, radius):
@@ -59,6 +60,7 @@ def test_order_of_the_error_on_power_law_half_spaces(exponent, radius):
     assert np.all(errors[1] < [0.15e-4, 0.1e-4])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Pyramid(4, 0.3), fp.PowerLaw(2.5, lambda phi: 2 + 0.3 * np.cos(3 * phi))])
 def test_power_law_half_spaces_go_over_into_the_homogeneous_one(tip):
     plain, *graded = (
@@ -80,6 +82,7 @@ def test_round_limit(medium):
     assert near.depth_minimum.depth == pytest.approx(exact.depth_minimum.depth, rel=1e-11)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("medium", [UNIT, LAYER, GRADED], ids=["half-space", "layer", "graded"])
 @pytest.mark.parametrize("tip", [fp.EllipticParaboloid(0.3, 0.7), fp.Pyramid(4, 0.5)], ids=["ellipse", "pyramid"])
 def test_no_adhesion_is_the_second_order_method(medium, tip):
@@ -98,6 +101,7 @@ def test_no_adhesion_is_the_second_order_method(medium, tip):
     assert apart[1e-12][1] < 1.3e-2 * apart[1e-8][1]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.EllipticParaboloid(0.3, 0.7), fp.Pyramid(3, 0.3)], ids=["ellipse", "pyramid"])
 def test_curves_and_loop(tip):
     point = fp.pull_off(LAYER, tip, work_of_adhesion=0.1)
@@ -121,6 +125,7 @@ def test_refusals():
         fp.pressure(UNIT, fp.Pyramid(4, 0.3), 0.0, 0.0, depth=0.1, work_of_adhesion=0.1, method="second-order")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.EllipticParaboloid(0.1, 3.0), fp.Pyramid(3, 0.3)], ids=["ellipse", "pyramid"])
 def test_pull_off_and_loop_know_the_mean_radius_and_the_error_of_curves(tip):
     lost = fp.pull_off(LAYER, tip, work_of_adhesion=0.1).force_minimum
@@ -149,6 +154,7 @@ def test_corrections_are_not_searched_where_the_round_contact_is_held_firmly():
     assert case.stability.force[0].start == pytest.approx(mean.force[0].start, rel=0.5)
 
 
+@pytest.mark.long
 def test_unstable_outlines_have_no_estimate_and_are_marked():
     film = fp.Medium([fp.Layer(68.45e6, 0.5, 38.89e-6)], base=fp.HalfSpace(13.84e3, 0.3))
     tip, work = fp.EllipticParaboloid(2988.79, 33146.7), 0.03342262975391665

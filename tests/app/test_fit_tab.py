@@ -28,6 +28,7 @@ def gel(**more):
     }
 
 
+@pytest.mark.long
 def test_fit_is_that_of_the_command_line(ask, tmp_path):
     ran = CliRunner().invoke(
         app,
@@ -61,6 +62,7 @@ def test_preview_says_what_is_taken_for_what():
     assert parts == {"approach": 800, "baseline": 800, "contact": 2}
 
 
+@pytest.mark.long
 def test_columns_are_chosen_in_the_form():
     text = CURVE.decode().replace("depth (nm)", "way").replace("force (nN)", "signal")
     upload = Upload("a.csv", text.encode())
@@ -77,6 +79,7 @@ def test_columns_are_chosen_in_the_form():
     assert "summary" in fit_curve(gel(**chosen), True, upload)
 
 
+@pytest.mark.long
 def test_all_curves_of_a_file_are_fitted(ask, tmp_path, monkeypatch):
     lines = CURVE.decode().splitlines()
     two = "\n".join([*lines, "second curve,,", *lines]).encode()

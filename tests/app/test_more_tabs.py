@@ -37,6 +37,7 @@ COAT = coat()
 MAP = coat(**{"map": "on", "vary.layers.0.thickness": "1 um:9 um:3:log", "control.points": "2"})
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tab", "fields", "command"),
     [
@@ -77,6 +78,7 @@ def test_files_are_those_of_the_command_line(ask, tmp_path, monkeypatch, capsys,
         assert printed.strip() in ran.stdout
 
 
+@pytest.mark.long
 def test_what_is_shown_is_what_the_command_line_prints(ask):
     found = ask.solve("correct", GEL)
     forget_models()
@@ -170,6 +172,7 @@ def test_problems_of_corrections_find_their_field(change, field, words):
     assert any(problem["field"] == field and words in problem["text"] for problem in problems), problems
 
 
+@pytest.mark.long
 def test_maps_wait_for_the_button_and_need_a_strength():
     assert "long" in coating(MAP, False)
     weak = {name: text for name, text in MAP.items() if ".stress." not in name}
@@ -177,6 +180,7 @@ def test_maps_wait_for_the_button_and_need_a_strength():
     assert coating({name: text for name, text in weak.items() if name != "map"}, False)["first"] is None
 
 
+@pytest.mark.long
 def test_map_is_that_of_critical_load(ask):
     study = ask.solve("coating", MAP)["study"]
     case = fp.read_case(EXAMPLES / "hard_coating_on_steel.toml")

@@ -54,6 +54,7 @@ def test_table_is_the_one_of_the_command_line(ask):
     assert table["caption"] in printed
 
 
+@pytest.mark.long
 def test_python_lines_do_the_same(ask, tmp_path):
     for kind in ("toml", "py"):
         saved = ask.post(f"/file/press.{kind}", film())
@@ -102,6 +103,7 @@ def test_long_cases_are_only_checked_until_they_are_asked_for(ask):
     assert any(line.startswith("Takes") for line in found["about"])
 
 
+@pytest.mark.long
 def test_a_job_is_stopped_and_the_page_answers_meanwhile(page, ask):
     state = json.loads(ask.post("/api/solve?tab=press&run=1", {**film(), **SLOW}).content)
     assert state["state"] in ("running", "waiting")

@@ -39,6 +39,7 @@ def test_jobs_end_where_no_process_can_be_had(pool, monkeypatch, how):
         assert "could not be started" in job.outcome
 
 
+@pytest.mark.long
 def test_more_jobs_than_processes_are_all_done(pool):
     jobs = [pool.submit("press:warm_up", long=i % 2 == 0) for i in range(6)]
     for job in jobs:
@@ -46,6 +47,7 @@ def test_more_jobs_than_processes_are_all_done(pool):
         assert job.state == "done", job.outcome
 
 
+@pytest.mark.long
 def test_the_next_job_after_one_that_was_stopped_is_done(pool):
     first = pool.submit("press:warm_up")
     assert first.wait(60)
@@ -91,6 +93,7 @@ def test_short_jobs_and_waits_have_a_longest_time(monkeypatch):
     assert "was stopped. Solve it on the page first." in job.outcome
 
 
+@pytest.mark.long
 def test_a_job_whose_process_is_killed_is_done_by_another(pool, monkeypatch, tmp_path):
     """Once: what costs two processes fails, with a sentence, and the next job is done."""
     monkeypatch.setattr(workers, "_call", functions.deadly_job)

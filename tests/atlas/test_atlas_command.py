@@ -64,6 +64,7 @@ def test_export(tmp_path):
     assert run("export", "power-law", "--csv", tmp_path / "p.csv", "--set", "poisson=0.3").exit_code == 0
 
 
+@pytest.mark.long
 def test_build_verify_and_use_a_family_of_ones_own(tmp_path):
     path = tmp_path / "gel.toml"
     path.write_text(FAMILY_FILE, encoding="utf-8")

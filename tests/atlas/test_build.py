@@ -33,6 +33,7 @@ def test_meets_its_tolerance(small):
     assert small.beta_range == (panel_edges(0.5, 2.0)[0][0], panel_edges(0.5, 2.0)[-1][1])
 
 
+@pytest.mark.long
 def test_tighter_tolerance_refines_the_grid(small):
     finer = atlas_tables.build(replace(SMALL, tolerance=1e-9), workers=1)
     assert finer.attributes["grid"][0] > small.attributes["grid"][0]
@@ -58,6 +59,7 @@ def test_interrupted_and_resumed(small, tmp_path):
         np.testing.assert_array_equal(again.at(ratio=ratio).normalized_stiffness(beta), same)
 
 
+@pytest.mark.long
 @SIGNALS
 def test_on_a_cluster_that_loses_a_worker(small, tmp_path):
     dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
@@ -86,6 +88,7 @@ def test_media_that_cannot_be_solved_are_named():
         atlas_tables.build(far, workers=1)
 
 
+@pytest.mark.long
 def test_a_family_that_is_not_smooth_enough_says_so():
     jump = replace(SMALL, parameters=(Parameter("ratio", "", 1e-9, 1e9, "linear"),), tolerance=1e-12)
     with pytest.raises(RuntimeError, match=r"over ratio still end at .* Narrow the range, choose another scale"):

@@ -25,6 +25,7 @@ def some_parameters(family, seed):
     return {p.name: float(p.at(rng.uniform(-1, 1))) for p in family.parameters}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FAMILIES)
 def test_keeps_its_bound_at_random_points(name):
     table = atlas.table(name)

@@ -40,6 +40,7 @@ def test_two_summits_feel_each_other():
     assert pressure[2] == 0
 
 
+@pytest.mark.long
 def test_a_second_summit_beyond_the_circle_is_not_forgotten():
     tip = fp.HeightMap(X, Y, np.minimum(ball(1e-6), ball(-1e-6, height=1e-8)))
     assert tip.rising
@@ -85,6 +86,7 @@ def test_a_flat_top_agrees_with_the_exact_truncated_tip():
     assert fp.indent(BODY, tip, depth=[1e-8, 4e-8]).force.values == pytest.approx(exact.force.values, rel=0.01)
 
 
+@pytest.mark.long
 def test_contact_at_the_border_of_the_map_is_marked():
     ridge = fp.HeightMap(X, Y, X**2 / (2 * R) + 0 * Y[:, None])
     curve = fp.indent(BODY, ridge, depth=1e-8)
@@ -99,6 +101,7 @@ def test_contact_at_the_border_of_the_map_is_marked():
     assert fp.indent(BODY, small, depth=[2e-8, 1.5e-7], method="bem").valid.values.tolist() == [True, False]
 
 
+@pytest.mark.long
 def test_missing_values_at_the_rim_change_nothing_inside():
     whole, part = fp.HeightMap(X, Y, ball()), fp.HeightMap(X, Y, np.where(ball() > 1.5e-7, np.nan, ball()))
     assert part.reach < np.sqrt(2 * R * 1.5e-7)
@@ -158,6 +161,7 @@ def test_a_crowned_roller_is_an_ellipse_until_its_end():
         assert float(force[0]) == pytest.approx(float(fp.indent(steel, ellipse, depth=1e-6).force[0]), rel=rel)
 
 
+@pytest.mark.long
 def test_a_long_roller_is_a_line_contact():
     """Half-width sqrt(4 F R/(pi E* length)) in the middle, where the ends do not reach."""
     steel, length = fp.HalfSpace(210e9, 0.3), 4e-3
@@ -202,6 +206,7 @@ def test_shapes_refuse(make, words):
         make()
 
 
+@pytest.mark.long
 def test_the_first_failure_under_two_summits_is_that_of_one():
     """Each fails at the load of a single one, a little more for the help of the other; also where the second is lower."""
     film = fp.Medium([fp.Layer(2e9, 0.3, 3e-7)], base=BODY)
@@ -217,6 +222,7 @@ def test_the_first_failure_under_two_summits_is_that_of_one():
     assert peaks.von_mises.values.max() == pytest.approx(1e8, rel=0.03)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "tip",
     [
@@ -246,6 +252,7 @@ strengths = [{ yield_stress = "1 GPa" }]
         assert "not searched under this tip" in done.output or command != "stress"
 
 
+@pytest.mark.long
 def test_outline_of_slender_contacts_is_that_of_rays_to_their_ends():
     """Rays are read inside the box of the contact alone: their number grows with its length over its width."""
     grid = fp.bem.Grid(nx=16, ny=4096, spacing=1.0)
@@ -257,6 +264,7 @@ def test_outline_of_slender_contacts_is_that_of_rays_to_their_ends():
     assert outline.area == 4000 * 10
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("length", [5e-5, 2e-4, 1e-3])
 def test_error_of_rollers_narrower_than_their_cells(length):
     """Line loads of finite length, at their mean displacement: contacts 200 to 20000 times as long as wide."""
@@ -269,6 +277,7 @@ def test_error_of_rollers_narrower_than_their_cells(length):
     assert missing < float(found.force_error[0]) + 0.02
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("force", [1e-4, 1.0])
 def test_contacts_narrower_than_a_cell_reach_their_force(force):
     """A roller a thousand times longer than its radius: no cell centre is at the line of first touch."""

@@ -33,6 +33,7 @@ def _limit(radius: float) -> tuple[float, float]:
     return float(exact.depth[0]), float(exact.force[0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("radius", "least"),
     [(3.0, 0.0), (30.0, 5e-4), (60.0, 2e-3), (100.0, 5e-3), pytest.param(200.0, 0.1, marks=pytest.mark.slow)],
@@ -91,6 +92,7 @@ def drawn(rng: np.random.Generator) -> tuple[fp.HalfSpace | fp.Medium, float, fl
     return body[rng.integers(3)], slope, slope * 10 ** rng.uniform(-5, 0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [20, pytest.param(100, marks=pytest.mark.slow)])
 def test_flat_ends_of_cones_against_exact_forces(count: int) -> None:
     """Three widths alone cover six in ten of these: none of them knows where the edge is among the cells."""
@@ -130,6 +132,7 @@ def test_straight_edges_along_the_cells() -> None:
     assert max(missed) > 0.3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sides", [3, 5, 6])
 def test_edges_of_pyramids_among_the_cells(sides: int) -> None:
     """Differences to wider cells alone left up to ten times the estimate, by chance."""
@@ -156,6 +159,7 @@ def test_the_estimate_is_no_idle_fear() -> None:
     assert extrapolated(solution)[1] < 2e-5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("width", [60.0, 250.0, 300.0])
 def test_cells_wider_than_a_thin_incompressible_layer(width):
     """A nearly round ellipse against the exact round contact: at 250 layers 13 % low, where 5 % was stated."""

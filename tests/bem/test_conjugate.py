@@ -38,6 +38,7 @@ def eigenvalues(kernel, contact, *, extended):
     return np.sort(np.linalg.eigvals(inverse @ matrix(operator.apply, contact)).real)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("contact", [DISC, STAR], ids=["disc", "star"])
 @pytest.mark.parametrize(
     ("kernel", "zero", "mean"),

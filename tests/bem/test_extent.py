@@ -89,6 +89,7 @@ def test_contact_off_the_grid_says_how_large_it_must_be():
     assert step.converged
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("depth", [1e-7, 1e-6, 5e-6])
 def test_narrow_lobe_of_a_contact_gets_a_grid(depth):
     """A Knoop tip on a film 50 times stiffer than its base: at depth 1e-6 the contact is 21 um long and 0.1 um wide."""
@@ -118,6 +119,7 @@ def test_a_chosen_grid_grows_where_the_contact_needs_it(monkeypatch):
     assert step.force == pytest.approx(right.force, rel=5e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "depth", "force"), [(60.0, 1.430679, 17.0399), (100.0, 1.23353, 14.152), (100.0, 0.9, 8.464)]
 )

@@ -153,6 +153,7 @@ def test_close_steps_share_grid_and_operator(monkeypatch):
     assert len({grid for grid in built if grid.nx * grid.ny > 80**2}) <= 3
 
 
+@pytest.mark.long
 def test_outlines_reach_into_the_points_that_edges_draw():
     """The cells lose the last two or three of a point; along the edge it is followed to a fraction of one."""
     coarse, fine = (
@@ -181,6 +182,7 @@ def test_an_ellipsoid_is_touched_beyond_its_shorter_half_axis():
         assert float(curve.contour[0, 0]) == pytest.approx(11.0, rel=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["bem", "refined"])
 def test_a_contact_that_reaches_the_end_of_a_measured_tip_says_so(method):
     x = np.linspace(-1.0, 1.0, 81)

@@ -55,6 +55,7 @@ def test_estimates_are_no_idle_fears(method: str, error: str, estimate: str) -> 
     assert np.mean(stated <= 10 * np.maximum(true, 1e-6)) > 0.5
 
 
+@pytest.mark.long
 def test_guard_of_fourth_order_on_fresh_cases() -> None:
     """Where fourth order counts alone the force is right to 0.22 %; blended with second order it is no worse than that."""
     fresh = [row for row in _rows() if FITTED <= int(row["number"]) < LATEST and row["fourth-order force"]]
@@ -109,6 +110,7 @@ def _sample(count: int) -> list[int]:
     return sorted(np.random.default_rng(7).choice(quick, count, replace=False).tolist())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("index", _sample(10))
 def test_stored_errors_are_those_of_the_code(index: int) -> None:
     truth, row = read_truth()[index], _rows()[index]

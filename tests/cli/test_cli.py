@@ -40,6 +40,7 @@ def case(tmp_path):
     return path
 
 
+@pytest.mark.long
 def test_solve_writes_what_it_prints(case, tmp_path):
     nc, csv, png = tmp_path / "gel.nc", tmp_path / "out.csv", tmp_path / "gel.png"
     done = run("solve", case, "-o", nc, "--csv", csv, "--plot", png)
@@ -158,6 +159,7 @@ def test_check_says_what_would_be_solved(case, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["gel.toml"]
 
 
+@pytest.mark.long
 def test_demo_solves_every_shipped_case(tmp_path):
     done = run("demo", "-o", tmp_path / "results")
     assert done.exit_code == 0, done.output
@@ -168,6 +170,7 @@ def test_demo_solves_every_shipped_case(tmp_path):
         assert target.with_suffix(".png").stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_demo_keeps_what_the_user_changed(tmp_path, monkeypatch):
     monkeypatch.setattr("flatpunch.files.shipped_cases", lambda: shipped_cases()[:1])
     mine = tmp_path / shipped_cases()[0].name
@@ -244,6 +247,7 @@ def test_interrupts_end_with_status_130(case, tmp_path, monkeypatch, where):
     assert ((tmp_path / "gel.nc").read_bytes() == b"older") == (where != "flatpunch.plots.result.figure")
 
 
+@pytest.mark.long
 @SIGNALS
 def test_a_real_interrupt(case, tmp_path):
     """The signal itself, in a process of its own, while the solver is at work."""
@@ -266,6 +270,7 @@ def test_a_real_interrupt(case, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["gel.toml"]
 
 
+@pytest.mark.long
 def test_interrupt_while_importing(tmp_path, case):
     """The imports take most of the first second, so that is when an early Ctrl-C arrives."""
     script = (

@@ -19,6 +19,7 @@ def shipped():
     return {path.stem: path for path in shipped_cases()}
 
 
+@pytest.mark.long
 def test_adhesive_case(shipped, tmp_path):
     path = shipped["sphere_sticking_to_gel_in_water"]
     nc, csv, png = (tmp_path / f"a.{ending}" for ending in ("nc", "csv", "png"))
@@ -46,6 +47,7 @@ def test_where_jkr_ends_is_said_once(shipped, tmp_path):
     assert " ".join(done.output.split()).count("Note: Tabor's parameter is") == 1
 
 
+@pytest.mark.long
 def test_history(shipped, tmp_path):
     path = shipped["cell_ramp_hold_retract"]
     nc, csv, png = (tmp_path / f"a.{ending}" for ending in ("nc", "csv", "png"))

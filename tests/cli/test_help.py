@@ -41,6 +41,7 @@ def test_help_has_two_examples(command):
     assert "[]" not in shown(command)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "line",
     [
@@ -69,6 +70,7 @@ def test_examples_run(line, tmp_path, monkeypatch):
             assert Path(name).stat().st_size > 100, name
 
 
+@pytest.mark.long
 def test_demo_leaves_all_files_of_the_examples(tmp_path, monkeypatch):
     from flatpunch.files import shipped_cases
 

@@ -28,6 +28,7 @@ def case(tmp_path):
     return written
 
 
+@pytest.mark.long
 def test_a_surface_is_solved_written_and_drawn(case, tmp_path):
     path = case(f'title = "Gel"\n{BODY}{SURFACE}[control]\npressure = ["10 Pa", "100 Pa"]\n')
     nc, png = tmp_path / "out.nc", tmp_path / "out.png"
@@ -43,6 +44,7 @@ def test_a_surface_is_solved_written_and_drawn(case, tmp_path):
     assert "patches" in done.output
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("periodic", ['"x"', '"y"', "false", "true"])
 def test_borders_of_a_surface(case, periodic):
     path = case(f'{BODY}{SURFACE}periodic = {periodic}\n[control]\ndepth = "50 nm"\n')

@@ -22,6 +22,7 @@ def random_stack(rng):
     return fp.Medium(layers, base)
 
 
+@pytest.mark.long
 def test_second_road_at_five_hundred_random_points():
     """100 random stacks, five points each; rounding grows with the contrast of moduli, up to 1e4 here."""
     rng = np.random.default_rng(4)

@@ -95,6 +95,7 @@ def test_stacks_of_constant_layers_converge_to_it_like_n_to_the_minus_two(law, b
     np.testing.assert_allclose(third, exact, rtol=3e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", list(LAWS))
 @pytest.mark.parametrize("nu", [0.3, 0.5])
 @pytest.mark.parametrize("base", list(BASES))
@@ -177,6 +178,7 @@ def test_a_law_that_fails_between_the_depths_checked_is_caught_on_the_way():
         layered_response(Medium([layer], RigidBase()), np.geomspace(0.1, 20, 200))
 
 
+@pytest.mark.long
 def test_a_root_of_the_depth_has_no_tail_but_a_response():
     # E' is infinite at z = 0: L - 1 falls like kappa^-1/2, no series in 1/kappa exists
     medium = Medium([GradedLayer(PowerModulus(1.0, 2.0, 1.0, 0.5), 0.3, 1.0)], HalfSpace(2.0, 0.3))

@@ -61,6 +61,7 @@ def random_layer(rng, decades):
     return fp.GradedLayer(young, nu, h, bonded, axial, nu_axial, shear)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bonded", FACES, ids=str)
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.5])
 def test_isotropic_constants_give_the_isotropic_layer(nu, bonded):
@@ -79,6 +80,7 @@ def test_isotropic_constants_give_the_isotropic_layer(nu, bonded):
             np.testing.assert_allclose(mine, exact, rtol=0, atol=1e-11 * np.abs(exact).max())
 
 
+@pytest.mark.long
 def test_constant_laws_give_the_homogeneous_layer():
     """Real and complex rates on all bases and faces; tolerance of the integrator."""
     rng = np.random.default_rng(0)
@@ -112,6 +114,7 @@ def test_stacks_of_constant_layers_converge_to_it_like_n_to_the_minus_two(base):
     np.testing.assert_allclose((16 * first[1] - first[0]) / 15, exact, rtol=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("decades", [0.7, 1.5])
 def test_random_gradings_against_collocation(decades):
     """Surface displacement and all fields; worst of 130 in a search: 2e-13, and 9e-9 of the largest value."""
@@ -159,6 +162,7 @@ def test_an_isotropic_depth_inside_the_layer():
         assert ours == pytest.approx(exact[0, 1, 0], rel=1e-11)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ends", [(1.0, 1e-3), (1e-3, 1.0)])
 @pytest.mark.parametrize("face", FACES, ids=str)
 def test_fields_in_steep_isotropic_gradings_against_collocation(ends, face):
@@ -206,6 +210,7 @@ def test_both_roads_to_the_surface_agree(anisotropic, face):
     np.testing.assert_allclose(waves.normal[0, :, 0], -waves.shear[1, :, 0], rtol=1e-8, atol=1e-12)
 
 
+@pytest.mark.long
 def test_a_cut_through_the_grading_changes_nothing():
     def below(law, top):
         return lambda z: law(z + top)
@@ -236,6 +241,7 @@ def test_small_contacts_feel_the_surface_and_large_ones_the_base():
         assert stiffness / (2 * radius) == pytest.approx(BASES[2].surface_modulus, rel=3 / radius)
 
 
+@pytest.mark.long
 def test_derivatives_against_differences():
     """By every number of every law, and the thickness; differences leave 1e-7."""
     film = fp.GradedLayer(
@@ -277,6 +283,7 @@ def test_all_moduli_together_are_a_factor():
         np.testing.assert_allclose(total / fp.compliance(medium)(k), -1, rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ratio", [1e-3, 1e3])
 def test_extreme_anisotropy(ratio):
     """The interpolant, which only samples, and the Riccati equation of both parts of a cut layer."""

@@ -25,6 +25,7 @@ def response(top, face, base=BASE):
     return fp.compliance(fp.Medium([replace(top, bonded=face)], base))(K)
 
 
+@pytest.mark.long
 def test_stacks_with_springs_against_multiprecision():
     """Stiffnesses of 1e-3 to 1e3 moduli over a thickness, on all kinds of layers."""
     rng = np.random.default_rng(4)

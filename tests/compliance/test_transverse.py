@@ -33,6 +33,7 @@ def test_indentation_modulus_of_delafargue_and_ulm():
     assert checked > 100
 
 
+@pytest.mark.long
 def test_response_of_random_stacks_against_multiprecision():
     """Largest error of 180 in a search: 7e-15."""
     rng = np.random.default_rng(0)
@@ -44,6 +45,7 @@ def test_response_of_random_stacks_against_multiprecision():
         assert ours == pytest.approx(theirs, rel=1e-12)
 
 
+@pytest.mark.long
 def test_fields_of_random_stacks_against_multiprecision():
     """Displacements and stresses are each judged by their own size; largest error of 80 in a search: 1e-12."""
     rng = np.random.default_rng(7)

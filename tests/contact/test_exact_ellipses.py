@@ -85,6 +85,7 @@ def test_exact_is_named_where_it_applies_and_refused_elsewhere():
         fp.indent(fp.HalfSpace(1.0, 0.3), fp.Pyramid(4, 0.3), depth=0.1, method="exact")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "error"), [(100.0, 0.006), (1000.0, 0.02)])
 def test_areas_of_slender_contacts_on_layers(ratio, error):
     """A layer of nearly the modulus of its base: boundary elements, against the half-space."""

@@ -137,6 +137,7 @@ def test_mean_radius_and_area_are_those_of_the_outline(indenter):
     np.testing.assert_allclose(np.pi * (outline**2).mean(axis=1), curve["area"], rtol=1e-6)
 
 
+@pytest.mark.long
 @formal
 def test_pressure_has_its_integral_and_outline():
     indenter = fp.EllipticParaboloid(0.05 / H, 0.08 / H)
@@ -164,6 +165,7 @@ def test_pressure_of_a_pyramid_turns_with_its_faces():
     np.testing.assert_allclose(field, field[0], rtol=1e-10)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("indenter", "sound", "lost"),
     [(fp.Pyramid(4, 0.2), 3.9, 7.0), (fp.EllipticParaboloid(0.05 / H, 0.06 / H), 7.0, 10.0)],

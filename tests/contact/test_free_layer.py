@@ -13,6 +13,7 @@ TABLE = [(0.1, 1.0972, -0.18), (0.3, 1.1286, -0.57), (1.0, 1.4549, -1.14), (2.0,
 """Contact radius and radius on the base over the thickness; force at equal depth against the layer that is held down [%]."""
 
 
+@pytest.mark.long
 def test_radius_on_the_base_and_force():
     """Printed digits."""
     a, b, less = np.transpose(TABLE)
@@ -25,6 +26,7 @@ def test_radius_on_the_base_and_force():
     assert curve.notes.count("pressed through") == 1
 
 
+@pytest.mark.long
 def test_controls_agree_and_stiffness_is_the_slope():
     by_radius = fp.indent(SHEET, TIP, radius=[0.5e-3, 1e-3])
     for name in ("depth", "force"):
@@ -43,6 +45,7 @@ def test_softer_than_the_layer_that_is_held_down(tip):
     assert 0.98 < float(free.force[1] / held.force[1]) < 1
 
 
+@pytest.mark.long
 def test_bases():
     """A stiff base is a rigid one; on a soft one the sheet bends, and lies on a larger disc."""
     rigid, stiff, soft = (
@@ -75,6 +78,7 @@ def test_refusals(act, error, words):
         act()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("base", [fp.RigidBase(), fp.HalfSpace(1e5, 0.2)], ids=["rigid", "soft"])
 @pytest.mark.parametrize(
     "tip",
@@ -99,6 +103,7 @@ def test_stated_error_of_the_force(tip, base):
     assert curve.force_error.values.max() < 2e-5
 
 
+@pytest.mark.long
 def test_wide_contacts_hardly_lift_off():
     """Beyond five thicknesses the layer lies on the base as far as under the tip; the force is that of the layer held down."""
     curve = fp.indent(SHEET, TIP, radius=[5e-3, 8e-3])

@@ -135,6 +135,7 @@ def test_forces_whose_error_is_as_large_as_themselves_are_not_valid():
     assert "pressed through" not in curve.attrs["notes"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Truncated(fp.Cone(0.1), 0.05), fp.Truncated(fp.EllipticParaboloid(0.5, 1.0), 0.1)])
 def test_no_contact_has_a_radius_inside_a_flat_end(tip):
     curve = fp.indent(fp.HalfSpace(1e9, 0.3), tip, radius=[0.1, 0.3, 0.8])

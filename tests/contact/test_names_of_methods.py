@@ -9,6 +9,7 @@ GEL = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
 SPRING = fp.StandardLinearSolid(0.5, 1.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Sphere(5e-6), fp.Truncated(fp.Cone(0.3), 2e-8)], ids=["sphere", "flat"])
 def test_round_tips_are_exact_everywhere(tip):
     depth = np.linspace(-1e-7, 2e-7, 200)

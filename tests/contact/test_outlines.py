@@ -42,6 +42,7 @@ def test_exact_ellipse() -> None:
     assert trace.area == pytest.approx(np.pi * exact.half_axis_x * exact.half_axis_y, rel=1e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sides", [3, 4, *(pytest.param(n, marks=pytest.mark.slow) for n in (5, 6)), 8])
 @pytest.mark.parametrize("medium", [fp.HalfSpace(1.0, 0.3), GEL, film(5.0)], ids=["half-space", "gel", "film 5"])
 def test_pyramids_against_four_times_as_many_cells(sides: int, medium: fp.Medium | fp.HalfSpace) -> None:
@@ -54,6 +55,7 @@ def test_pyramids_against_four_times_as_many_cells(sides: int, medium: fp.Medium
     assert coarse.area == pytest.approx(fine.area, rel=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "tip", "depth"),
     [
@@ -70,6 +72,7 @@ def test_long_lobes_under_stiff_films(ratio: float, tip: Indenter, depth: float)
     assert coarse.radius == pytest.approx(fine.radius, rel=1e-2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("depth", [3.044, pytest.param(6.067, marks=pytest.mark.slow)])
 def test_contacts_in_several_parts_have_no_outline_and_an_area(depth: float) -> None:
     """Islands on the faces of a tip with four sides, under films 10 and 50 times stiffer."""
@@ -97,6 +100,7 @@ def drawn(rng: np.random.Generator) -> tuple[fp.Medium, Indenter, float]:
     return fp.Medium([*layers, fp.Layer(1.0, 0.3, 10 ** rng.uniform(0, 1))], base=fp.RigidBase()), tip, depth
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [5, pytest.param(100, marks=pytest.mark.slow)])
 def test_random_contacts_stay_within_the_estimates_of_their_outlines(count: int) -> None:
     rng, off, stated = np.random.default_rng(35), [], []
@@ -111,6 +115,7 @@ def test_random_contacts_stay_within_the_estimates_of_their_outlines(count: int)
     assert np.max(np.array(off) / stated) < 1.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "sides", "depth", "below"), [(26.3, 4, 1.84, 3.0), (15.8, 3, 0.919, 4.0), (22.6, 5, 1.58, 3.0)]
 )
@@ -122,6 +127,7 @@ def test_corners_beside_lobes(ratio: float, sides: int, depth: float, below: flo
     assert distance(coarse.contour, fine.contour) < coarse.error * fine.radius
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("ratio", "angles"), [(17.0, 360), (330.0, 1000), (7000.0, 360), (7000.0, 1440)])
 def test_errors_of_slender_outlines_are_those_along_rays(ratio: float, angles: int) -> None:
     """Along a ray that meets a slender contact at a small angle outlines were off by 40 times the stated error."""
@@ -134,6 +140,7 @@ def test_errors_of_slender_outlines_are_those_along_rays(ratio: float, angles: i
     assert bool(found.valid[0]) == (float(found.contour_error[0]) < 1)
 
 
+@pytest.mark.long
 def test_slender_contacts_on_layers_against_four_times_as_many_cells() -> None:
     rng, off, stated = np.random.default_rng(2611), [], []
     for _ in range(5):

@@ -63,6 +63,7 @@ def test_first_order_says_by_how_much_it_differs():
     np.testing.assert_allclose(error, np.abs(p - truth) + other, rtol=1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "medium"),
     [
@@ -91,6 +92,7 @@ def test_errors_are_below_their_estimates(tip, medium):
     assert np.median(error[touched]) < 0.1 * truth[touched].mean()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "medium", "depth"),
     [
@@ -115,6 +117,7 @@ def test_errors_hold_at_single_points(tip, medium, depth):
     assert np.median(error) < 3e-3 * truth.mean()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "medium", "depth"),
     [
@@ -162,6 +165,7 @@ def test_negative_pressure_of_a_round_contact_is_marked():
         fp.pressure(film, fp.Cone(0.2), np.linspace(0, 3, 50), 0.0, radius=3.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "radius"), [(fp.Paraboloid(10.0), 14.0), (fp.Cone(0.05), 2.0)], ids=["paraboloid", "cone"]
 )
@@ -248,6 +252,7 @@ def _drawn(rng):
     return fp.Medium([layer() for _ in range(rng.integers(1, 4))], base), tips[rng.integers(5)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(12))
 def test_pressures_under_round_tips_agree_with_stresses_within_their_errors(seed):
     """Under graded and strongly anisotropic surfaces pressures were off by up to a million times the stated error."""

@@ -41,6 +41,7 @@ media = pytest.mark.parametrize("medium", MEDIA.values(), ids=MEDIA)
 indenters = pytest.mark.parametrize("indenter", INDENTERS.values(), ids=INDENTERS)
 
 
+@pytest.mark.long
 @media
 @indenters
 def test_depth_force_and_radius_control_are_inverse_to_each_other(medium, indenter):
@@ -59,6 +60,7 @@ def test_depth_force_and_radius_control_are_inverse_to_each_other(medium, indent
         np.testing.assert_array_equal(again[name], curve[name])
 
 
+@pytest.mark.long
 @media
 @indenters
 def test_stiffness_is_the_slope_of_the_force(medium, indenter):
@@ -187,6 +189,7 @@ def test_thin_layers_are_reached_by_force_and_depth_up_to_the_limit_of_resolutio
     assert float(again["radius"][0]) == pytest.approx(beta * H, rel=1e-9)
 
 
+@pytest.mark.long
 def test_nanometre_film_on_a_micrometre_film():
     medium = fp.Medium([fp.Layer(300e9, 0.2, 1e-9), fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
     bare = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
@@ -246,6 +249,7 @@ def test_round_indenters_do_not_care_which_way_they_are_written():
             np.testing.assert_allclose(one[name], other[name], rtol=1e-13)
 
 
+@pytest.mark.long
 def test_general_round_path_agrees_with_the_power_law_path():
     class Anonymous(fp.indenters.Indenter):
         """A paraboloid that does not say it is one."""

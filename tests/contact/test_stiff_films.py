@@ -73,6 +73,7 @@ def test_flat_end_lifts_off_under_a_stiff_film():
     assert sound["valid"].all()
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:The pressure of this round contact is negative")
 def test_a_contact_is_judged_alone_as_in_a_curve():
     # Far out the flat punch of that radius presses everywhere, but the cone's pressure still has tension near the axis,

@@ -58,6 +58,7 @@ BODIES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("seed", range(4))
 def test_pressure_states_its_error(body, seed):

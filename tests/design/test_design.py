@@ -57,6 +57,7 @@ def test_moduli_of_a_fine_stack_are_recovered():
     np.testing.assert_allclose([layer.young for layer in found.medium.layers], moduli, rtol=1e-2)
 
 
+@pytest.mark.long
 def test_what_the_bounds_make_impossible_is_said():
     depth = np.array([0.05, 0.2, 0.8])
     wanted = fp.indent(fp.HalfSpace(1.0, 0.3), fp.Paraboloid(1.0), depth=depth, angles=1).force.values
@@ -72,6 +73,7 @@ def test_what_the_bounds_make_impossible_is_said():
     assert found.misfit > 0.1
 
 
+@pytest.mark.long
 def test_a_design_beyond_the_theory_says_so():
     """Depths below a layer on a rigid base, prescribed, and on a stiff one under the largest load."""
     gel = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.RigidBase())
@@ -98,6 +100,7 @@ def test_values_are_kept_by_what_is_asked():
     assert problem.quantity(u, Control("depth", depths[:1]), "stiffness")[0][0] != found[0]
 
 
+@pytest.mark.long
 def test_nodes_of_a_grading():
     """Below a homogeneous surface layer, from the curve of another grading."""
 
@@ -117,6 +120,7 @@ def test_nodes_of_a_grading():
     np.testing.assert_allclose(found.medium.layers[1].young.entries, [1.0, 3.0], rtol=1e-4)
 
 
+@pytest.mark.long
 def test_profile_of_a_tip():
     """Slopes up to the contact are those of the tip whose curve is prescribed; beyond it they keep their values."""
     r = np.linspace(0, 2.5, 6)
@@ -167,6 +171,7 @@ def test_largest_load():
     assert found.achieved[0] / found.before[0] == pytest.approx(2.1**2, rel=1e-2)
 
 
+@pytest.mark.long
 def test_a_design_in_which_nothing_fails():
     """Beside the contact of an incompressible body there is no tension."""
     found = fp.design(
@@ -184,6 +189,7 @@ def test_a_design_in_which_nothing_fails():
     assert [text.get_text() for text in axes.texts] == ["nothing fails"]
 
 
+@pytest.mark.long
 def test_tips_that_fail_at_the_first_touch_are_passed_by():
     """Exponents up to one are sharp: their load is zero, and the search goes on elsewhere."""
     problem = Problem(

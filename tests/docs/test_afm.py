@@ -39,6 +39,7 @@ def thin_layers():
     return module, x, found
 
 
+@pytest.mark.long
 def test_ranges_of_thin_layer_formulas():
     module, x, found = thin_layers()
     shown = {(tip, name): [float(end) for end in ends] for tip, name, *ends in rows(5)}
@@ -88,6 +89,7 @@ def test_limits_and_signs_of_thin_layer_formulas():
     assert first == pytest.approx([0.7433, 0.884], abs=2e-3)
 
 
+@pytest.mark.long
 def test_ranges_of_film_formulas():
     module, y = example("plot_coated_half_space"), np.geomspace(0.05, 20, 100)
     exact = {ratio: module.exact(y, ratio) for ratio in (10.0, 2.0, 0.5, 0.1)}

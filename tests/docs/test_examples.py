@@ -36,6 +36,7 @@ def test_the_reference_names_its_objects():
     assert len(NAMES) > 150
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_example(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/developer.md").read_text(encoding="utf-8")
 
@@ -74,6 +76,7 @@ control = {{ depth = "50 nm" }}
 """
 
 
+@pytest.mark.long
 def test_a_tip_of_its_own_file_is_known_everywhere(tmp_path):
     part = PAGE.split("## Add an indenter")[1].split("\n## ")[0]
     (file,), (line,) = (re.findall(f"```{kind}\n(.*?)```", part, re.DOTALL) for kind in ("python", "text"))

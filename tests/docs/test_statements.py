@@ -63,6 +63,7 @@ def test_promises_of_the_default():
     assert np.nanmedian(outline) < 0.003
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("indenter", "sound", "lost"),
     [

@@ -48,6 +48,7 @@ def test_so_are_archives_of_curves(ending, tmp_path, monkeypatch):
         fp.read_curve(path)
 
 
+@pytest.mark.long
 @PEAK_IN_KILOBYTES
 def test_the_largest_archive_is_one_that_a_laptop_bears(tmp_path):
     """Text takes fifteen times its size in memory; nothing is unpacked before it is refused."""
@@ -84,6 +85,7 @@ def test_many_small_files_are_no_archive_either(tmp_path, monkeypatch):
         fp.read_curve(path)
 
 
+@pytest.mark.long
 def test_damaged_maps_end_in_one_message(npz):
     whole, rng, seen = npz.read_bytes(), random.Random(4), 0
     for _ in range(150):

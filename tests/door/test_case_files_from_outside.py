@@ -50,6 +50,7 @@ def test_examples_themselves_are_read(example):
     read_fit_case(path) if is_fit_case(path) else read_case(path)
 
 
+@pytest.mark.long
 def test_every_field_and_every_kind_of_mistake(example):
     original, path = example
     # a part of all; the others are in the slow test
@@ -90,6 +91,7 @@ def test_all_fields_and_more_damage(example):
             raise AssertionError(label) from error
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", case_mutations.monsters())
 def test_large_deep_and_strange_files(name, tmp_path):
     path = tmp_path / "monster.toml"

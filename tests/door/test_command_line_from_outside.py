@@ -91,6 +91,7 @@ def test_no_memory_is_told_like_every_other_error(case, monkeypatch):
     refused(run("solve", case), "not enough memory")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [n for n in case_mutations.monsters() if n not in ("many keys", "many depths")])
 def test_monsters(name, tmp_path):
     path = tmp_path / "monster.toml"
@@ -143,6 +144,7 @@ def shell(command, case, **environment):
     return done
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, a disk that is always full")
 def test_full_stream(case):
     full = shell("flatpunch check CASE > /dev/full", case)
@@ -150,6 +152,7 @@ def test_full_stream(case):
     assert "No space left on device" in full.stderr
 
 
+@pytest.mark.long
 def test_closed_and_narrow_streams(case):
     closed = shell("flatpunch check CASE >&- 2>&-", case)
     assert (closed.returncode, closed.stderr) == (0, "")

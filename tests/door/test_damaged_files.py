@@ -111,6 +111,7 @@ def test_seals(size):
             unsealed(bytes(spoilt))
 
 
+@pytest.mark.long
 def test_a_damaged_cache_is_set_aside_and_solved_again(tmp_path):
     tip, folder = fp.Pyramid(4, 0.3), tmp_path / "cache"
 

@@ -197,6 +197,7 @@ def test_labelled_arrays_are_taken_in_their_own_unit_only():
         fp.indent(BODY, BALL, depth=depth.assign_attrs(units="N"))
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::flatpunch.FlatpunchWarning")
 @pytest.mark.parametrize("call", CALLS)
 def test_sizes_that_overflow_are_refused_or_solved_without_a_warning(call):

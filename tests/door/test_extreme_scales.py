@@ -72,6 +72,7 @@ def finite(door: str, rng: np.random.Generator) -> bool:
     return bool(np.isfinite(result.force.values[result.valid.values]).all())
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::flatpunch.FlatpunchWarning")
 @pytest.mark.parametrize("door", DOORS)
 def test_extreme_scales_are_solved_marked_or_refused(door):

@@ -72,6 +72,7 @@ class Drawn:
             fp.pull_off(medium, tip, work_of_adhesion=self.size(1e-6, 1))
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore::flatpunch.FlatpunchWarning")
 @pytest.mark.parametrize("count", [120, pytest.param(3000, marks=pytest.mark.slow)])
 def test_finite_or_refused(count):

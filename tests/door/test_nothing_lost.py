@@ -145,6 +145,7 @@ def test_every_file_that_a_command_writes_is_marked():
     assert sum(map(len, OUTPUTS.values())) >= 28
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("command", "call", "output"),
     [
@@ -239,6 +240,7 @@ def test_protected_files_stay_and_others_keep_their_rights(place):
         assert (Path("x.nc").stat().st_uid, Path("x.nc").stat().st_gid) == (12345, 12345)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("arguments", "name"),
     [
@@ -296,6 +298,7 @@ def test_what_only_looks_unfinished_is_not_removed(tmp_path):
     assert len(list(tmp_path.iterdir())) == 3
 
 
+@pytest.mark.long
 def test_a_folder_fit_leaves_its_own_tables_out(place):
     for _ in range(2):
         done = run("fit", "folder", "fit.toml", "-o", "folder/table.csv")
@@ -317,6 +320,7 @@ FAILING = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("command", "arguments"), FAILING, ids=[f"{c} {a[0]}" for c, a in FAILING])
 def test_each_output_is_tried_by_itself_after_the_result_is_printed(command, arguments, place, monkeypatch):
     """The disk is full for each file in turn."""
@@ -363,6 +367,7 @@ def test_records_stay_when_the_table_cannot_be_written(place, monkeypatch):
     assert not Path("y.records").exists()
 
 
+@pytest.mark.long
 def test_the_help_says_what_is_replaced():
     for name, outputs in OUTPUTS.items():
         assert ("replace files of the same name without asking" in words(run(*name.split(), "--help"))) == bool(outputs)
@@ -379,6 +384,7 @@ def shell(command):
     )
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full, a disk that is always full")
 def test_full_streams_end_with_status_2_and_one_line(place):
     for command in ("flatpunch --help", "flatpunch solve ball.toml -o x.nc"):
@@ -390,6 +396,7 @@ def test_full_streams_end_with_status_2_and_one_line(place):
     assert (done.returncode, done.stdout) == (2, "Error: standard error: No space left on device.\n")
 
 
+@pytest.mark.long
 def test_a_reader_that_leaves_costs_no_file(place):
     done = shell("flatpunch solve ball.toml -o x.nc | true; exit ${PIPESTATUS[0]}")
     assert (done.returncode, done.stderr) == (141, "")

@@ -58,6 +58,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", REFUSED)
 def test_refused_soon_and_by_name(name):
     call, message = REFUSED[name]
@@ -106,6 +107,7 @@ def test_search_for_a_radius_ends_at_the_first_solution_that_does_not_converge(m
     refinement.cache_clear()
 
 
+@pytest.mark.long
 def test_steps_beside_a_solution_that_does_not_converge_are_not_valid(monkeypatch):
     limit = 3e-7
     lost = not_converging(monkeypatch, limit)

@@ -28,6 +28,7 @@ TIP, RADIUS = fp.Sphere(10e-6), 1e-6
 LOADS = UniformDisc(1.0), sampled(lambda t: 1 - t * t, np.array([0, 0.5, 1.0]), 1e-12)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("load", LOADS, ids=["disc", "rings"])
 def test_surface_part_against_quadrature(load):
     """Real and complex rates; the quadrature is exact to rounding."""
@@ -106,6 +107,7 @@ def test_force_through_a_plane():
     assert -missing == pytest.approx(force, rel=5e-3)
 
 
+@pytest.mark.long
 def test_pyramid_on_isotropic_constants():
     """Cells: discs take the place of squares on an anisotropic surface; the estimate of the error covers the difference."""
     bodies = (
@@ -118,6 +120,7 @@ def test_pyramid_on_isotropic_constants():
     assert float(np.abs(ours.stress - theirs.stress).max()) < 2e-3 * scale
 
 
+@pytest.mark.long
 def test_energy_sensitivity_and_failure():
     """Energies of the layers add up to the work; derivatives by all moduli to one; isotropic constants fail alike."""
     body = BODIES["flake on columns on graphite"]
@@ -159,6 +162,7 @@ GRADED = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", GRADED)
 @pytest.mark.parametrize("radius", [0.05e-6, 1e-6])
 def test_graded_anisotropic_surface_under_friction(name, radius):
@@ -180,6 +184,7 @@ def test_graded_anisotropic_surface_under_friction(name, radius):
     assert float(jump.displacement.max()) < 3e-9 * depth
 
 
+@pytest.mark.long
 def test_first_failure_of_a_graded_layer_with_isotropic_constants():
     young, strengths = (
         fp.LinearModulus(10e9, 30e9, 1e-6),

@@ -12,6 +12,7 @@ FILM = fp.Medium([fp.Layer(5e9, 0.3, 1e-6)], fp.HalfSpace(1e9, 0.3))
 TIP = fp.Paraboloid(20e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("medium", "friction"), [(BODY, 0.3), (FILM, 0.0)], ids=["half-space", "film"])
 def test_round_contact_by_boundary_elements(medium, friction):
     """0.5 % of the largest stress inside and at the surface away from the rim; the estimate holds there and beside it."""
@@ -30,6 +31,7 @@ def test_round_contact_by_boundary_elements(medium, friction):
         assert moved.max() < 2e-3 * float(np.abs(exact.displacement).max())
 
 
+@pytest.mark.long
 def test_a_section_through_all_depths():
     """Many depths are interpolated between planes; 0.5 % of the largest stress."""
     rng = np.random.default_rng(5)
@@ -81,6 +83,7 @@ def test_elliptic_contact_on_its_axis():
         assert float(fields.stress[2, i]) == pytest.approx(expected, rel=3e-3)
 
 
+@pytest.mark.long
 @pytest.mark.filterwarnings("ignore:First-order pressures")
 def test_first_order_gives_its_superposed_pressure():
     """A pyramid: boundary elements and the pressure of stretched punches agree to the estimates of both."""
@@ -93,6 +96,7 @@ def test_first_order_gives_its_superposed_pressure():
     assert theirs.attrs["stress_error"] > ours.attrs["stress_error"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "medium", [fp.HalfSpace(5e3, 0.3), fp.Medium([fp.Layer(5e3, 0.5, 3e-6)], fp.HalfSpace(50e3, 0.3))]
 )
@@ -196,6 +200,7 @@ def test_far_fields_are_those_of_point_forces(shape):
     assert off.max() < max(found.attrs["stress_error"], 1e-12) * pressure.max()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shape", [(1, 2), (3, 5)])
 def test_far_fields_in_a_film_are_those_of_discs_in_each_cell(shape):
     """1e-3 of the local stress and displacement, under pressure and traction."""

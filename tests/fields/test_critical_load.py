@@ -41,6 +41,7 @@ def test_load_grows_with_the_cube_of_strength():
     assert loads[1] / loads[0] == pytest.approx(1000, rel=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("medium", "strengths", "friction"),
     [
@@ -108,6 +109,7 @@ def test_two_bodies():
     assert (rigid.force, rigid.kind, rigid.place) == (alone.force, alone.kind, alone.place)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("strengths", [[None, fp.Strength(yield_stress=1e9)], [fp.Strength(interface_shear=1e9)]])
 def test_tips_that_are_not_round(strengths):
     """An ellipse that is all but round fails as the paraboloid does, to the estimate; a narrow one at a smaller load."""
@@ -127,6 +129,7 @@ def test_tips_that_are_not_round(strengths):
         assert np.hypot(stress[3], stress[4]) == pytest.approx(1e9, rel=0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(6))
 def test_tension_at_the_rim_of_elliptic_contacts(seed):
     """At the ends of the longer axis: (1 - 2 nu) p0 b/(a e^2) (artanh(e)/e - 1) (Johnson 1985, 4.5)."""
@@ -148,6 +151,7 @@ def test_tension_at_the_rim_of_elliptic_contacts(seed):
     assert ("expected to be off" in str(loads.notes.values[0])) == (float(loads.error[0]) > 0.01)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("body", [STEEL, FILM])
 @pytest.mark.parametrize("friction", [0.0, 0.2])
 def test_ring_cracks_under_tips_that_are_not_round(body, friction):
@@ -162,6 +166,7 @@ def test_ring_cracks_under_tips_that_are_not_round(body, friction):
     assert found.force == pytest.approx(exact.force, rel=3 * found.error)
 
 
+@pytest.mark.long
 def test_flat_ends_and_pyramids_fail_below_the_surface():
     """Strengths of the base: a flat end reaches them in proportion to its load; sharp tips exceed their film's at once."""
     base = [None, fp.Strength(yield_stress=1e9)]
@@ -172,6 +177,7 @@ def test_flat_ends_and_pyramids_fail_below_the_surface():
     assert fp.critical_load(FILM, fp.Pyramid(4, 0.1), [fp.Strength(yield_stress=1e12)]).force == 0
 
 
+@pytest.mark.long
 def test_power_law_half_space():
     """Stresses of a paraboloid grow like a^(1 + k) under any k, so that F ~ strength^((3 + k)/(1 + k))."""
     medium = fp.PowerLawHalfSpace(1e9, 1e-6, 0.3, 0.3)
@@ -181,6 +187,7 @@ def test_power_law_half_space():
     assert float(at.von_mises) == pytest.approx(5e7, rel=1e-4)
 
 
+@pytest.mark.long
 def test_a_thin_film_under_a_large_sphere():
     """Contacts of 50 film thicknesses take part of a second, and a film that never cracks is no endless search."""
     thin = fp.Medium([fp.Layer(300e9, 0.25, 20e-9)], base=fp.HalfSpace(210e9, 0.3))
@@ -260,6 +267,7 @@ GRADED = fp.Medium([fp.GradedLayer(fp.LinearModulus(1e9, 9e9, 2e-6), 0.3, 2e-6)]
 POWER = fp.PowerLawHalfSpace(1e9, 1e-6, 0.3, 0.3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("medium", "tip", "tolerance"),
     [
@@ -302,6 +310,7 @@ def test_energy_of_one_material_does_not_know_interfaces():
     np.testing.assert_allclose(found.energy[1:], [below[0] - below[1], below[1]], rtol=1e-9)
 
 
+@pytest.mark.long
 def test_what_layers_hide_is_refused_and_what_the_tip_ends_is_infinite():
     """Strong bodies fail nowhere; whether the contact ends with the tip or with what is solved must not look alike."""
     strong = [None, fp.Strength(yield_stress=1e15)]
@@ -318,6 +327,7 @@ def test_what_layers_hide_is_refused_and_what_the_tip_ends_is_infinite():
     assert fp.critical_load(thick, fp.Sphere(1e-4), strong).force == np.inf
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "tip", [fp.Sphere(1e-3), fp.Pyramid(4, 0.2), fp.Cylinder(1e-3)], ids=["sphere", "pyramid", "punch"]
 )
@@ -332,6 +342,7 @@ def test_nothing_fails_deeper_than_layers_on_a_rigid_base_are_thick(tip):
     assert never.margins["layers[1].yield"] > 1
 
 
+@pytest.mark.long
 def test_a_load_beyond_the_theory_says_so():
     """A gel that is stronger than it is stiff: before it fails the sphere would have gone through it."""
     gel, tip = fp.Medium([fp.Layer(1.0, 0.3, 1.0)], base=fp.HalfSpace(1e4, 0.3)), fp.Sphere(20.0)
@@ -347,6 +358,7 @@ def test_the_rim_of_a_flat_end_fails_at_once():
     assert found.place == (1e-6, 0.0, 0.0)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Pyramid(4, 0.3), fp.Truncated(fp.Pyramid(3, 0.3), height_removed=1e-8)])
 def test_every_criterion_under_sharp_tips_that_are_not_round(tip):
     """Yield at the first touch left nothing to search for the other criteria."""
@@ -366,6 +378,7 @@ def test_straight_rollers_are_refused_with_the_reason():
         fp.critical_load(fp.HalfSpace(2.1e11, 0.3), roller, fp.Strength(yield_stress=1e9))
 
 
+@pytest.mark.long
 def test_a_flat_end_that_rounding_tilts_is_found_flat():
     """The pressure is infinite at once at the edge of a pyramid cut off at any height."""
     for height in (1.003e-9, 1.003e-7, 1.003e-5):
@@ -375,6 +388,7 @@ def test_a_flat_end_that_rounding_tilts_is_found_flat():
         assert 0 < loads.force.values[1] < np.inf
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Pyramid(3, 0.3), fp.Truncated(fp.EllipticParaboloid(2e3, 1e4), 1e-8)])
 def test_loads_do_not_depend_on_the_other_strengths(tip):
     """Sharp tips exceed some strengths at any size, which began the search at 1e-12 m and ended it at 1e-6 m: never, it said.
@@ -390,6 +404,7 @@ def test_loads_do_not_depend_on_the_other_strengths(tip):
     assert float(together.force[1]) == pytest.approx(interface.force, rel=0.01)
 
 
+@pytest.mark.long
 def test_cells_wider_than_a_film_give_no_load_of_its_interface():
     """A film of 0.003 times the radius of a flat end: cells put edges of pressure on it that there are not."""
     film = fp.Medium([fp.Layer(5.6e9, 0.2, 0.13e-6)], base=fp.HalfSpace(70e9, 0.3))

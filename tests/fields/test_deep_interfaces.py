@@ -11,6 +11,7 @@ MEDIUM = fp.Medium([fp.Layer(1e9, 0.3, DEPTH)], base=fp.HalfSpace(1e9, 0.3))
 FORCE = SHEAR * 2 * np.pi * DEPTH**2 / 3 / (0.5 / 1.25**2.5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "tip",
     [fp.Sphere(20e-6), fp.Cone(0.5), fp.EllipticParaboloid(2.5e4, 5e4), fp.Pyramid(4, 0.5)],
@@ -25,6 +26,7 @@ def test_shear_of_a_point_load(tip):
     assert np.hypot(*peaks.interface_shear_place.values[0, :2]) == pytest.approx(DEPTH / 2, rel=0.05)
 
 
+@pytest.mark.long
 def test_rim_does_not_hide_the_lower_face():
     """Tension at the rim, which coarse cells overestimate, came first; a stiff film cracks at its lower face before."""
     film = fp.Medium([fp.Layer(1e11, 0.25, 4e-7)], base=fp.HalfSpace(1e10, 0.3))
@@ -35,6 +37,7 @@ def test_rim_does_not_hide_the_lower_face():
     assert float(below.principal[0]) == pytest.approx(1e9, rel=5e-3)
 
 
+@pytest.mark.long
 def test_tension_in_a_base_under_a_sharp_tip_is_reached():
     """The mean pressure is the same at all sizes, but the base feels contacts as large as the film is thick alone."""
     body, tip = fp.Medium([fp.Layer(15e3, 0.3, 4e-6)], base=fp.HalfSpace(5e3, 0.3)), fp.Pyramid(4, 0.5)
@@ -46,6 +49,7 @@ def test_tension_in_a_base_under_a_sharp_tip_is_reached():
     assert float(largest) == pytest.approx(60.0, rel=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("stiffness", [0.02, 1e-3])
 @pytest.mark.parametrize("tip", [fp.Paraboloid(10.0), fp.EllipticParaboloid(0.05, 0.06)], ids=["round", "elliptic"])
 def test_layers_on_springs_bend_over_many_thicknesses(tip, stiffness):

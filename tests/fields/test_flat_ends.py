@@ -85,6 +85,7 @@ def _random_tip(rng):
     ][rng.integers(6)]()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(12))
 def test_every_plane_carries_the_force_and_the_error_is_honest(seed):
     rng = np.random.default_rng(seed)

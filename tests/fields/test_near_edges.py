@@ -17,6 +17,7 @@ def graded(exponent):
     return fp.PowerLawHalfSpace(1.0, 1.0, exponent, 0.3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tip", "given"), TIPS)
 @pytest.mark.parametrize("body", [graded(0.02), graded(0.3), graded(0.8), GRADED], ids=["0.02", "0.3", "0.8", "layer"])
 def test_the_surface_follows_the_tip_up_to_the_rim(body, tip, given):
@@ -33,6 +34,7 @@ CORNER = fp.Truncated(fp.Cone(0.2), 0.6 * np.tan(0.2))
 PROFILE = fp.RadialProfile([0.0, 0.6, 2.0], [0.0, 0.02, 0.3])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [-0.3, 0.15, 0.6])
 @pytest.mark.parametrize(
     ("tip", "given", "edge"),

@@ -35,6 +35,7 @@ def _brute(body, tip, i, friction):
     return largest
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("layers", "friction"), [(1, 0.0), (1, 0.4), (3, 0.0), (2, 0.2)])
 @pytest.mark.parametrize("tip", [fp.Sphere(5.0), fp.Rounded(fp.Cone(0.4), radius=0.8)], ids=["sphere", "rounded"])
 def test_no_point_has_more(tip, layers, friction):
@@ -69,6 +70,7 @@ def test_tension_far_below_a_soft_layer():
     assert float(peaks.tension[1]) == pytest.approx(float(axis.max()), rel=1e-3)
 
 
+@pytest.mark.long
 def test_direction_turns_the_places():
     body = _stack(np.random.default_rng(5), 1)
     along, across = (
@@ -78,6 +80,7 @@ def test_direction_turns_the_places():
     np.testing.assert_allclose(across.tension_place[:, 1], along.tension_place[:, 0], atol=1e-12)
 
 
+@pytest.mark.long
 def test_edges_are_infinite_and_said_to_be():
     body = fp.HalfSpace(1.0, 0.3)
     for tip in (fp.Cone(0.3), Cylinder(1.0), fp.Truncated(fp.Cone(0.3), 0.1), fp.Vickers()):
@@ -97,6 +100,7 @@ def test_layers_of_two_bodies_and_rigid_bases():
     assert rigid.sizes["layer"] == rigid.sizes["interface"] == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.2])
 def test_every_criterion_has_its_own_load(friction):
     body, tip = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], fp.HalfSpace(210e9, 0.3)), fp.Sphere(50e-6)
@@ -128,6 +132,7 @@ def test_what_is_never_reached_is_infinite_without_a_place():
     assert any("mean pressure" in note for note in found.notes)
 
 
+@pytest.mark.long
 def test_places_beside_the_plane_of_sliding_are_found():
     body, tip = _stack(np.random.default_rng(5), 2), fp.Sphere(5.0)
     peaks = fp.peak_stresses(body, tip, radius=1.0, friction=0.5)

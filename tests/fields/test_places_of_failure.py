@@ -16,6 +16,7 @@ def utilisation(fields, strength):
     return np.linalg.eigvalsh(tensor)[..., -1] / strength, mises / strength
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("share", [15, 40])
 def test_tension_beside_the_rim_of_a_thin_film(share):
     """An incompressible film is squeezed out beside the rim: a ridge of tension as wide as the film is thick."""
@@ -40,6 +41,7 @@ def test_yield_below_the_surface_and_behind_the_rim(friction):
     assert utilisation(below, 0.01)[1].max() == pytest.approx(1.0, abs=2e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.35, 0.45])
 def test_yield_behind_the_rim_on_cells(friction):
     """A tip that is all but round, solved on cells, against the round one: its rear rim was missed, loads 1.2 times too large."""
@@ -66,6 +68,7 @@ def test_the_first_event_is_the_least_of_all_loads():
     assert first.force == pytest.approx(float(each.force.min()), rel=1e-4)
 
 
+@pytest.mark.long
 def test_yield_at_the_corner_of_a_flat_end():
     """On a surface that softens towards zero stresses at the corner are finite: they are the largest, on one ring alone."""
     body, tip = fp.PowerLawHalfSpace(190.6e3, 1e-6, 0.454, 0.331), fp.Truncated(fp.Sphere(19.1e-6), 38e-9)
@@ -75,6 +78,7 @@ def test_yield_at_the_corner_of_a_flat_end():
     assert utilisation(corner, 5731.0)[1] == pytest.approx(1.0, abs=1e-4)
 
 
+@pytest.mark.long
 def test_a_strength_that_is_reached_far_from_the_start():
     """Where the estimate says that a strength is never reached the search began at a metre, and a load of zero was given."""
     body, tip = fp.PowerLawHalfSpace(68.51e3, 1e-6, 0.13206, 0.0434), fp.Cone(0.24696)
@@ -84,6 +88,7 @@ def test_a_strength_that_is_reached_far_from_the_start():
     assert utilisation(there, 2536.0)[0] == pytest.approx(1.0, rel=1e-6)
 
 
+@pytest.mark.long
 def test_tension_along_a_ridge_behind_the_rim():
     """Where the modulus hardly varies the ridge is at depths of a ten-thousandth of the radius: loads were 5 times too large."""
     body, tip = fp.PowerLawHalfSpace(40.27e9, 1e-6, 0.129, 0.481), fp.Paraboloid(5.64e-6)

@@ -26,6 +26,7 @@ def test_exponent_zero_is_hertz():
     np.testing.assert_allclose(ours.displacement, hertz.displacement, atol=1e-6 * moved)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("exponent", "poisson"), [(0.25, 1 / 2.25), (0.5, 0.4), (-0.3, 0.5), (1.0, 0.5)])
 def test_stresses_below_the_centre(exponent, poisson):
     """For nu = 1/(2 + k) a point force makes radial stresses only, (k + 3) F cos^(k+1)/(2 pi R^2) (Froehlich 1934).
@@ -96,6 +97,7 @@ def test_equilibrium_and_hooke(exponent):
     np.testing.assert_allclose([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], expected, atol=1e-5 * np.abs(expected).max())
 
 
+@pytest.mark.long
 def test_contact_on_cells():
     """Boundary elements against the exact round contact: 0.5 % of the largest stress."""
     rng = np.random.default_rng(3)
@@ -110,6 +112,7 @@ def test_contact_on_cells():
         assert off[np.abs(np.hypot(x, y) - A) > 0.1 * A].max() < 0.005
 
 
+@pytest.mark.long
 def test_flat_ends_adhesion_and_two_bodies():
     medium = body(0.4)
     below = fp.fields(medium, fp.Cylinder(A), 0.0, 0.0, [0.0, 20e-6], force=1e-4)

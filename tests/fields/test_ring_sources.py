@@ -29,12 +29,14 @@ def test_transform_is_the_integral_of_the_cosine(terms, last, count):
     np.testing.assert_allclose(RingSources(breaks, series, np.zeros(5, dtype=bool)).transform(k), direct, atol=1e-12)
 
 
+@pytest.mark.long
 def test_energy_of_very_wide_contacts_is_refused_before_the_sums():
     gel = fp.Medium([fp.Layer(5e3, 0.45, 2e-6)], fp.RigidBase())
     with pytest.raises(ValueError, match="a radius of 36 mm, is too wide for the energy in layers this thin"):
         fp.energy_by_depth(gel, fp.Cone(0.3), radius=36e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "radius", "moduli"),
     [

@@ -143,6 +143,7 @@ def test_continuity_at_interfaces(friction):
         np.testing.assert_array_equal(sides[0].layer + 1, sides[1].layer)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(8))
 def test_random_stacks(seed):
     """Continuity at every interface and no traction beside the contact, to 1e-10 of the largest stress or displacement.
@@ -295,6 +296,7 @@ def test_no_contact_and_notes():
     assert "rigid shift" not in fp.fields(STACK, fp.Sphere(20e-6), 0, 0, 0, radius=1e-6).attrs["notes"]
 
 
+@pytest.mark.long
 def test_graded_surface():
     """A linear grading that hardly varies is its half-space, and equilibrium of the surface holds under a strong one."""
     weak = fp.Medium([fp.GradedLayer(fp.LinearModulus(1e9, 1.0001e9, 5e-6), 0.3, 5e-6)], fp.HalfSpace(1.0001e9, 0.3))
@@ -344,6 +346,7 @@ def test_bad_input(arguments, error, words):
         fp.fields(given.pop("medium"), given.pop("indenter"), given.pop("x"), given.pop("y"), given.pop("z"), **given)
 
 
+@pytest.mark.long
 def test_contacts_far_wider_than_a_film_are_refused_at_once():
     start = time.process_time()
     with pytest.raises(ValueError, match="wavenumbers"):
@@ -362,6 +365,7 @@ R = np.linspace(0, 4e-6, 41)
 GRADED = fp.Medium([fp.GradedLayer(fp.LinearModulus(400e9, 210e9, 2e-6), 0.3, 2e-6)], fp.HalfSpace(210e9, 0.3))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Sphere(20e-6), fp.RadialProfile(R, R**2 / 40e-6)], ids=["smooth", "table"])
 @pytest.mark.parametrize(
     "medium", [GRADED, fp.PowerLawHalfSpace(1e9, 1e-6, 0.3, 0.3), FILM], ids=["graded", "power", "film"]
@@ -375,6 +379,7 @@ def test_sliding_surface_has_no_rings_where_panels_meet(medium, tip):
     np.testing.assert_allclose(at, beside, atol=2e-3 * np.abs(beside).max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Paraboloid(1e-3), fp.Sphere(4e-4), fp.Cone(0.1)])
 def test_transform_interpolated_over_dense_wavenumbers(tip):
     """P at many wavenumbers is P at each by itself, to rounding of P(0), whatever their order."""

@@ -45,6 +45,7 @@ def test_place_of_infinite_pressure(name):
     assert all(singular_place(each, 1e-7) is None for each in BLUNT.values())
 
 
+@pytest.mark.long
 def test_infinite_stresses_need_shear():
     """Pressure that is infinite on all sides breaks nothing; friction shears, and pulls behind the rim of a punch."""
 

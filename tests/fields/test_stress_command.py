@@ -80,6 +80,7 @@ def test_bad_tables(tmp_path, text, words):
         read_case(written(tmp_path, COATING + text))
 
 
+@pytest.mark.long
 def test_command_writes_and_says_what_fails_first(tmp_path):
     case = written(tmp_path, COATING + STRESS)
     targets = [tmp_path / name for name in ("out.nc", "out.csv", "out.png")]
@@ -101,6 +102,7 @@ def test_command_writes_and_says_what_fails_first(tmp_path):
     assert len(targets[1].read_text(encoding="utf-8").splitlines()) == 1 + loaded.von_mises.size
 
 
+@pytest.mark.long
 def test_command_without_a_table_and_with_bad_input(tmp_path):
     result = CliRunner().invoke(app, ["stress", str(written(tmp_path, COATING))])
     assert result.exit_code == 0, result.output
@@ -111,6 +113,7 @@ def test_command_without_a_table_and_with_bad_input(tmp_path):
     assert "strengths of 2 layers" in shown.output
 
 
+@pytest.mark.long
 def test_sweep_and_its_map(tmp_path):
     """The kind of the first failure changes over the map, and each point is what `critical_load` says."""
     case = written(tmp_path, COATING + STRESS)
@@ -140,6 +143,7 @@ def test_sweep_and_its_map(tmp_path):
     assert line.axes[0].get_ylabel() == "load at the first failure (mN)"
 
 
+@pytest.mark.long
 def test_a_search_that_ends_takes_nothing_else_away(tmp_path):
     """A film too thin for the contact at which its strong base would fail: stresses and curves are there, with a note."""
     thin = COATING.replace("2 um", "100 nm").replace('"sphere"', '"paraboloid"').replace("50 um", "1 mm")
@@ -156,6 +160,7 @@ def test_a_search_that_ends_takes_nothing_else_away(tmp_path):
     assert all(ended in note for note in study.notes.values.ravel().tolist())
 
 
+@pytest.mark.long
 def test_pictures():
     film = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], fp.HalfSpace(210e9, 0.3))
     x, z = np.meshgrid(np.linspace(-5e-6, 5e-6, 12), np.linspace(0, 5e-6, 10))

@@ -12,6 +12,7 @@ BASES = {"soft": fp.HalfSpace(1e-4, 0.5), "stiff": fp.HalfSpace(30.0, 0.2), "rig
 FACES = {"bonded": True, "sliding": False, "weak spring": fp.Interface(shear=1e-4), "springs": fp.Interface(2.0, 0.3)}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("face", FACES)
 @pytest.mark.parametrize("base", BASES)
 @pytest.mark.parametrize("depth", [0.0, 0.02, 0.9])
@@ -32,6 +33,7 @@ def test_panels_against_every_wavenumber(base, face, depth):
         assert (off < 2 * steps + 1e-10).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("friction", [0.0, 0.3])
 def test_tables_of_the_modulus_at_many_depths(friction):
     """Stresses along the surface bend where the modulus does: one panel in depth over the table was 1e-3 of the pressure off."""
@@ -46,6 +48,7 @@ def test_tables_of_the_modulus_at_many_depths(friction):
     assert off < 1e-8 * few.attrs["force"] / (np.pi * a**2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Cone(0.3), fp.Truncated(fp.Cone(0.3), 0.005)], ids=["cone", "truncated"])
 def test_errors_beside_the_apex(tip):
     """The pressure by its own road; errors beside an apex were not among those that were measured."""

@@ -258,6 +258,7 @@ def _each(tmp_path, indenter=BALL, bodies=ELASTIC, more=""):
     return fp.read_case(path)
 
 
+@pytest.mark.long
 def test_relaxation_of_each_layer(tmp_path):
     case = _each(tmp_path)
     assert case.relaxation == (fp.Prony([0.5], [2.0]), None)

@@ -281,6 +281,7 @@ def test_unreadable_files(tmp_path):
             read_case(path)
 
 
+@pytest.mark.long
 def test_shipped_cases_are_read_and_described():
     cases = shipped_cases()
     assert len(cases) >= 3
@@ -298,6 +299,7 @@ def test_description_of_a_case(read):
     assert "Control   depth, 41 steps from 1 nm to 400 nm" in lines
 
 
+@pytest.mark.long
 def test_check_says_that_steep_gradings_take_longer(read):
     # the power 0.1 is infinitely steep at the surface: 256 terms, 8 s for a first contact
     law = '{ law = "power", top = "375 GPa", bottom = "279 GPa", exponent = EXPONENT }'

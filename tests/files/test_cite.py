@@ -87,6 +87,7 @@ CASES = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", CASES)
 def test_a_result_names_what_it_used(name):
     made, wanted = CASES[name]

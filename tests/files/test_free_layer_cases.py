@@ -47,6 +47,7 @@ def case(tmp_path):
     return written
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("base", "body"), [('kind = "rigid"', fp.RigidBase()), (ELASTIC, fp.HalfSpace(10e6, 0.3))], ids=["rigid", "elastic"]
 )
@@ -64,6 +65,7 @@ def test_solved_as_in_python_and_read_back(case, base, body, tmp_path):
         assert fp.load(target)[name].values.tolist() == expected[name].values.tolist()
 
 
+@pytest.mark.long
 def test_pictures_sweeps_and_the_page(case, tmp_path):
     path = case(LAYER + BASE + REST)
     picture = tmp_path / "medium.png"
@@ -115,6 +117,7 @@ def test_refusals(case, text, words):
         fp.read_case(case(text))
 
 
+@pytest.mark.long
 def test_fits_and_stresses_refuse(case):
     fitted = LAYER.replace('"1 MPa"', '{ fit = "1 MPa" }') + BASE + REST
     with pytest.raises(CaseError, match=r"layers\[0\].lifts_off = True goes with neither two bodies, fits"):

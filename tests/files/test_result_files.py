@@ -100,6 +100,7 @@ def test_refusals_when_writing(result, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", [".csv", ".nc"])
 def test_every_dataset_is_read_back(tmp_path, ending):
     film = fp.Medium([fp.Layer(300e9, 0.25, 2e-6)], base=fp.HalfSpace(210e9, 0.3))

@@ -73,6 +73,7 @@ _WORDS = ("um", "Pa", "dB", "degC", "octave", "π", "**", "1e999", "lambda", "\n
 _PIECES = st.sampled_from([*"mNsJ10.+-*/^()[]{}<=@#$%²½µé'_ ", *_WORDS])
 
 
+@pytest.mark.long
 @settings(max_examples=400, derandomize=True, deadline=None)
 @given(st.one_of(st.lists(_PIECES, max_size=8).map("".join), st.text(max_size=8)), st.sampled_from(units.DIMENSIONS))
 def test_whatever_stands_for_a_unit_is_read_or_refused(text, dimension):

@@ -19,6 +19,7 @@ YOUNG, WORK = "layers[0].young", "work_of_adhesion"
 W = 1e-4
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("medium", "tip", "free"),
     [
@@ -62,6 +63,7 @@ def test_tables_give_the_exact_branch_and_its_derivatives(medium, tip, free):
     np.testing.assert_allclose(stiffness[20:-2], by_depth[20:-2], rtol=0, atol=5e-3 * by_depth[20:-2].max())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("segment", ["retract", "both"])
 @pytest.mark.parametrize("spring", [None, 0.05])
 def test_truth_comes_back(spring, segment):

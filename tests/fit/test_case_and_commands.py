@@ -81,6 +81,7 @@ def test_mistakes_in_a_case(tmp_path, old, new, message):
         read_fit_case(_case(tmp_path, CASE.replace(old, new)))
 
 
+@pytest.mark.long
 def test_example_gives_its_known_answer(tmp_path):
     """The example's curve was made with 2.6 kPa and 60 pN of noise."""
     picture, table, drift = tmp_path / "fit.png", tmp_path / "fit.csv", tmp_path / "drift.png"
@@ -146,6 +147,7 @@ def test_command_refuses_before_fitting(tmp_path):
     assert "the ending must be .csv or .nc" in done.output
 
 
+@pytest.mark.long
 def test_batch_keeps_order_and_reasons(tmp_path):
     curves = [synthetic(GEL, Sphere(3e-6), 0.4e-6, seed=i, points=300) for i in range(40)]
     curves[5] = Curve(curves[5].depth, np.ones(300), name="flat")
@@ -164,6 +166,7 @@ def test_batch_keeps_order_and_reasons(tmp_path):
         one.save(tmp_path / "t.txt")
 
 
+@pytest.mark.long
 def test_pictures():
     film = Medium([Layer(5e3, 0.4, 1e-6)], HalfSpace(1e4, 0.3))
     curve = synthetic(film, Sphere(3e-6), 0.3e-6, points=200)

@@ -52,6 +52,7 @@ def _ratios(medium, tip, deepest, count):
 FEW = [case for case in CASES if case[-1] in ("gel-sphere", "gel-pyramid", "film-0.1-cone", "film-10-sphere")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("medium", "tip", "deepest", "name"), FEW, ids=[c[-1] for c in FEW])
 def test_coverage_of_a_few(medium, tip, deepest, name):
     """30 curves: no bias beyond 4 standard errors of the mean, and a coverage that 0.95 has with more than 1e-4 probability."""
@@ -69,6 +70,7 @@ def test_coverage_of_five_hundred(medium, tip, deepest, name):
     assert 0.93 <= covered / 500 <= 0.97
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("second", ["layers[0].thickness", "layers[0].poisson"])
 @pytest.mark.parametrize("count", [8, pytest.param(200, marks=pytest.mark.slow)])
 def test_valleys_of_two_parameters(second, count):

@@ -39,6 +39,7 @@ def test_two_parameters_that_scale():
     assert result["layers[0].thickness"] == pytest.approx(H, rel=1e-4)
 
 
+@pytest.mark.long
 def test_three_parameters_of_two_combinations():
     """On one layer F = (E h^3/R) phi(d R/h^2): modulus, thickness and radius together cannot be told, whatever the curve."""
     curve = synthetic(GEL, Paraboloid(3e-6), 0.5e-6, contact=2e-8)
@@ -102,6 +103,7 @@ def test_profile_is_lmfits():
     assert profile.high == pytest.approx(high, abs=0.03 * width)
 
 
+@pytest.mark.long
 def test_film_and_substrate_from_a_shallow_curve_cannot_be_told_apart():
     film = Medium([Layer(5e3, 0.4, H)], HalfSpace(5e4, 0.3))
     curve = synthetic(film, Sphere(3e-6), 0.03e-6, points=1000)
@@ -170,6 +172,7 @@ def test_given_contact_point_and_no_baseline():
     assert result[YOUNG] == pytest.approx(5e3, abs=4 * result.estimates[YOUNG].stderr)
 
 
+@pytest.mark.long
 def test_noise_behind_a_soft_cantilever():
     """Force noise moves the tip as well; the estimate stays unbiased where the sample is twenty times as stiff as the spring."""
     body, tip, k = HalfSpace(5e5, 0.5), Paraboloid(3e-6), 0.05
@@ -272,6 +275,7 @@ def test_result_as_table_words_and_dataset():
     assert medium.layers[0].young == result[YOUNG]
 
 
+@pytest.mark.long
 def test_limits_of_the_theory_are_passed_on():
     """Under a cone on a film 100 times stiffer the pressure turns negative inside: the fit says so."""
     film = Medium([Layer(1e11, 0.3, H)], HalfSpace(1e9, 0.3))
@@ -290,6 +294,7 @@ def test_curve_that_begins_in_contact():
         assert abs(estimate.value - truth) < 4 * estimate.stderr
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [fp.Sphere(5e-6), fp.Paraboloid(2e-6)], ids=["sphere", "paraboloid"])
 @pytest.mark.parametrize("baseline", ["constant", "linear"])
 @pytest.mark.parametrize("free", [["layers[0].young"], ["layers[0].young", "layers[0].thickness"]], ids=["E", "E, h"])

@@ -95,6 +95,7 @@ def test_what_cannot_be_compared_says_so(tmp_path):
         compare_case(fp.read_case(path))
 
 
+@pytest.mark.long
 def test_what_was_reported_stands_in_the_case_file_or_on_the_command_line(tmp_path):
     path = tmp_path / "a.toml"
     path.write_text(CASE, encoding="utf-8")

@@ -38,6 +38,7 @@ def _shifted(model):
     return model.start() + np.array([0.0 if name.endswith("poisson") else 0.13 for name in model.free])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("medium", "indenter", "free"), CASES, ids=lambda v: type(v).__name__ if not isinstance(v, tuple) else v[-1]
 )
@@ -98,6 +99,7 @@ def test_beyond_the_tip_the_curve_goes_on():
     assert force[1] > force[0]
 
 
+@pytest.mark.long
 def test_trial_steps_to_layers_too_thin_do_not_end_a_fit():
     """A step to a layer a thousandth as thick as the contact is wide: the curve goes on, and models that share the table live."""
     tip = Paraboloid(1.7e-6)
@@ -145,6 +147,7 @@ def test_notes_have_the_error_of_the_force():
         assert bool(said) == ("Forces are those of" in notes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("medium", "indenter"),
     [

@@ -123,6 +123,7 @@ def test_half_space_needs_no_correction(over):
     assert found.sensitivity == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "tip", [Paraboloid(3e-6), Cone(0.5), Pyramid(4, 0.5), Cylinder(1e-6)], ids=lambda t: type(t).__name__
 )
@@ -178,6 +179,7 @@ def test_what_cannot_be_corrected_says_so():
 AREA = AreaFunction([22.0, 900.0], limit=2e-6, unit=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "tip", [Berkovich(), AREA, Pyramid(5, 0.4), Sphere(2e-6)], ids=["berkovich", "area", "pyramid", "sphere"]
 )

@@ -91,6 +91,7 @@ SHIFTS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_constant_force_and_depth(kind):
     curve, case, settings = KINDS[kind]()
@@ -99,6 +100,7 @@ def test_constant_force_and_depth(kind):
         same(whole, fit(changed(curve, **shift), *case, quick=True, **settings))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_tilt_where_asked_for(kind, request):
     if kind == "cantilever":
@@ -116,6 +118,7 @@ def test_tilt_where_asked_for(kind, request):
         same(whole, fit(changed(curve, **tilt), *case, baseline="linear", quick=True, **settings))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 def test_signs(kind):
     """Conventions of instruments: depth or force counted the other way. What was turned is said."""
@@ -141,6 +144,7 @@ def test_thinned_and_doubled(kind):
     same(whole, fit(curve.taken(slice(None, None, 2)), *case, quick=True, **settings), share=4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("scale", [1e-6, 1e6])
 def test_units(kind, scale):

@@ -38,6 +38,7 @@ def fitted(curve, name="sphere", **settings):
     return result.estimates[free], result
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("fault", FAULTS)
 def test_a_fault_anywhere_is_left_out_or_said(fault):
     """At most one of eight is off at all, and then the note says so; none is refused."""
@@ -71,6 +72,7 @@ def test_faults_of_twenty_five_more_seeds():
     assert counts["refused"] <= 0.005 * total
 
 
+@pytest.mark.long
 def test_contacts_over_waves():
     """Waves of 2 to 20 % of the rise: the modulus within 20 %, the truth in its interval; the note has the size of the waves."""
     near = held = 0
@@ -84,6 +86,7 @@ def test_contacts_over_waves():
     assert (near, held) == (16, 14)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["noise", "tilt", "drift", "waves"])
 def test_no_contact_is_refused(kind):
     for seed in range(8):
@@ -91,6 +94,7 @@ def test_no_contact_is_refused(kind):
             fitted(empty(kind, seed), list(GEOMETRIES)[seed % 4], quick=True)
 
 
+@pytest.mark.long
 def test_a_step_may_be_a_contact_that_saturates_the_detector():
     """It is refused, or the note says that the model does not describe the rest."""
     for seed in range(8):
@@ -210,6 +214,7 @@ def test_the_background_shows_its_own_process(truth, kind):
         assert 1 / 1.5 < np.median([each.size for each in found]) / truth.size < 1.5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tilt", [-0.03, 0.0, 0.1])
 def test_the_baseline_that_the_data_ask_for(tilt):
     """20 curves: 95 % intervals miss more than four with a probability of 0.3 %; the note names what a constant would give."""

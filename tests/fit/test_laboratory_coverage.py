@@ -30,6 +30,7 @@ def judged(name, count, seed=7):
     return {parameter: np.array(rows).T for parameter, rows in found.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", QUICK)
 def test_a_few(name):
     """20 of a kind: mean within four standard errors of its own, and a coverage that 0.95 has with 1e-4 probability."""

@@ -51,6 +51,7 @@ def check(folder, name, seed):
         assert made.note in " ".join(found.notes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("name", FILES)
 def test_right_or_named(tmp_path, name, seed):
@@ -101,6 +102,7 @@ def _with_other_columns(text):
     return "\n".join(turned)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", TEXTS)
 @pytest.mark.parametrize(
     ("change", "encoding", "reading"),

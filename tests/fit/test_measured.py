@@ -45,6 +45,7 @@ def test_another_file_of_the_same_name_is_read_anew(curves, tmp_path):
     assert lengths == [4000, 14000]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("pattern", ["*.jpk-force", "*.tab"])
 def test_jpk_and_tab(pattern, curves):
     curve = read_curve(next(curves.glob(pattern.replace("*.", "*spot3*.") if "jpk" in pattern else pattern)))
@@ -57,6 +58,7 @@ def test_jpk_and_tab(pattern, curves):
     assert result["layers[0].young"] < fit(curve, BULK, Sphere(10e-6), ["base.young"])["base.young"]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("pattern", "moduli"),
     [

@@ -44,6 +44,7 @@ def _run(*arguments):
     return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
+@pytest.mark.long
 def test_two_bodies(tmp_path):
     path = tmp_path / "pair.toml"
     path.write_text(PAIR, encoding="utf-8")
@@ -88,6 +89,7 @@ def test_check_finds_mistakes_without_a_curve(tmp_path, old, new, message):
     assert _run("check", path).exit_code == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "truth"),
     [
@@ -117,6 +119,7 @@ def test_times_come_with_the_file(tmp_path):
     assert "column 'time' (time) has no unit" in done.output
 
 
+@pytest.mark.long
 def test_force_map(tmp_path):
     """A file of many curves: all are read, each with its place; a bad one costs nothing else."""
     h5py = pytest.importorskip("h5py")
@@ -166,6 +169,7 @@ def test_force_map(tmp_path):
     assert len(map_figure(batch, "layers[0].young").axes) == 3  # map, its bar, histogram
 
 
+@pytest.mark.long
 def test_interrupt_keeps_what_was_done(tmp_path, monkeypatch):
     """Ctrl-C in a folder: the curves fitted so far are in the table, whole."""
     batch = importlib.import_module("flatpunch.fit.batch")
@@ -201,6 +205,7 @@ def test_interrupt_keeps_what_was_done(tmp_path, monkeypatch):
     assert out.read_text(encoding="utf-8") == table
 
 
+@pytest.mark.long
 def test_records_of_a_batch_are_kept_as_it_goes(tmp_path, monkeypatch):
     """What is in the folder is not fitted again, whatever is added; other cases, and damaged records, are."""
     batch = importlib.import_module("flatpunch.fit.batch")
@@ -267,6 +272,7 @@ def _command(process):
     return []
 
 
+@pytest.mark.long
 @SIGNALS
 @pytest.mark.parametrize("late", [False, True], ids=["as workers start", "as they work"])
 def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
@@ -302,6 +308,7 @@ def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
         assert 16 < len(out.read_text(encoding="utf-8").splitlines()) < 400
 
 
+@pytest.mark.long
 def test_a_folder_whose_workers_are_killed_is_fitted(tmp_path):
     """Others go on, nothing is lost, and the table is that of a run in one process."""
     folder, out = tmp_path / "curves", tmp_path / "table.csv"
@@ -329,6 +336,7 @@ def test_a_folder_whose_workers_are_killed_is_fitted(tmp_path):
     assert {row["ok"] for row in rows} == {"True"}, said
 
 
+@pytest.mark.long
 def test_batch_of_relaxing_curves():
     """Batches know the same physics; curves without times become records."""
     case = read_fit_case(EXAMPLES / "relaxing_cell.toml")

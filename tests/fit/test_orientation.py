@@ -217,6 +217,7 @@ def written(path, title, words, control, creep, ways):
     return path
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("title", "words"), [("SegmentID", "0123"), ("Segment ID", "1234"), ("segment", ("a", "b", "c", "d"))]
 )

@@ -63,6 +63,7 @@ def test_errors_by_differences(medium, tip, free, spring):
     np.testing.assert_allclose(plan.errors, expected, rtol=3e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("medium", "tip"), [(GEL, BEAD), (FILM, Cone(0.35))], ids=["gel", "film"])
 def test_errors_are_those_of_the_fit(medium, tip):
     """At the fitted values; what is left is the contact point, which the noise moves by 1 % of the depth."""
@@ -106,6 +107,7 @@ def test_half_space_determines_the_contact_modulus_only():
     assert known["base.young"] / 5e3 == pytest.approx(0.8 * 0.05 / 0.84, rel=1e-3)
 
 
+@pytest.mark.long
 def test_no_effect_and_little_effect():
     same = Medium([Layer(5e3, 0.5, 1e-6)], HalfSpace(5e3, 0.5))
     plan = planned(same, BEAD, [YOUNG, THICK], depth=2e-7, noise=1e-11)
@@ -118,6 +120,7 @@ def test_no_effect_and_little_effect():
     assert "standard error" in str(shallow)
 
 
+@pytest.mark.long
 def test_more_depth_and_more_readings_help():
     errors = [planned(GEL, BEAD, [YOUNG], depth=d, noise=1e-11)[YOUNG] for d in (1e-7, 2e-7, 4e-7)]
     assert errors[0] > 2 * errors[1] > 4 * errors[2]
@@ -125,6 +128,7 @@ def test_more_depth_and_more_readings_help():
     assert few / many == pytest.approx(2, rel=2e-2)
 
 
+@pytest.mark.long
 def test_tips_that_are_not_round_say_what_is_taken():
     plan = planned(GEL, Pyramid(4, 0.35), [YOUNG], depth=2e-7, noise=1e-11)
     assert any("mean profile" in note for note in plan.notes)
@@ -203,6 +207,7 @@ def test_the_contact_point_is_described(tmp_path, contact, told):
     assert told in "\n".join(describe_fit(case))
 
 
+@pytest.mark.long
 def test_case_file(tmp_path):
     path, case = _read(tmp_path, CASE + KNOWN)
     assert case.priors == {
@@ -230,6 +235,7 @@ def test_case_file(tmp_path):
     assert re.search(r"E of layer 1 +5 kPa +± [\d.]+ %: determined", done.output)
 
 
+@pytest.mark.long
 def test_posterior_on_the_command_line(tmp_path):
     path, _ = _read(
         tmp_path, CASE.replace('[curve]\nspring_constant = "0.05 N/m"', "") + KNOWN.replace("spring_constant", "#")
@@ -298,6 +304,7 @@ def test_priors_that_exclude_the_case_are_refused(tmp_path, prior):
         _read(tmp_path, text)
 
 
+@pytest.mark.long
 def test_tips_and_depths_are_scanned_at_once(tmp_path):
     """Each line is the plan of that tip to that depth; what cannot be planned says why."""
     gel = Medium([Layer(5e3, 0.5, 1e-6)], RigidBase())

@@ -35,6 +35,7 @@ def short(monkeypatch):
     monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, shortest=10.0, length=10.0, block=100))
 
 
+@pytest.mark.long
 def test_without_priors_it_is_the_covariance(fitted):
     """1 % noise: the parabola holds; 3000 effective draws know a standard deviation to 1.3 %, the rest is four of that."""
     found = fitted.posterior(draws=4000, seed=1)
@@ -91,6 +92,7 @@ def test_a_prior_of_the_spring_constant_widens_the_modulus(short):
     assert np.corrcoef(np.log(found["base.young"]), np.log(found["spring_constant"]))[0, 1] > 0.9
 
 
+@pytest.mark.long
 def test_calibration_of_the_curve_enters(short):
     """A spring constant as in the covariance of the fit, which repeats it with one standard deviation more.
 
@@ -108,6 +110,7 @@ def test_calibration_of_the_curve_enters(short):
     assert np.std(found["sensitivity"]) < 0.02
 
 
+@pytest.mark.long
 def test_what_was_held_is_drawn_with_its_prior(short, tmp_path):
     """A thickness from ellipsometry: ln E moves with it as in a fit with another thickness."""
     result = fit(CURVE, GEL, BEAD, [YOUNG])
@@ -126,6 +129,7 @@ def test_what_was_held_is_drawn_with_its_prior(short, tmp_path):
     np.testing.assert_array_equal(fp.load(tmp_path / "draws.nc")["draws"].values, found.draws)
 
 
+@pytest.mark.long
 def test_quadratic_models_of_slow_fits(short, monkeypatch):
     """A relaxing sample: draws from residuals of second degree, and from the model itself, have the same spread."""
     time = np.linspace(0, 3, 240)
@@ -165,6 +169,7 @@ def test_joint_fits(short):
         result.posterior(10, {THICK: Normal(1e-6, 1e-8)})
 
 
+@pytest.mark.long
 def test_same_seed_same_draws(fitted, short):
     first, second, other = (fitted.posterior(100, seed=s).draws for s in (4, 4, 5))
     np.testing.assert_array_equal(first, second)
@@ -172,6 +177,7 @@ def test_same_seed_same_draws(fitted, short):
     assert first.shape == (100, 3)
 
 
+@pytest.mark.long
 def test_what_the_curve_does_not_determine_is_noted(short):
     """A layer on a base of its own material: the thickness changes nothing, its draws fill the limits."""
     same = Medium([Layer(5e3, 0.5, 1e-6)], HalfSpace(5e3, 0.5))
@@ -274,6 +280,7 @@ def _flat(ranks, bins, draws=99):
         assert chisquare(counts).pvalue > 0.01 / parameters, (name, counts)
 
 
+@pytest.mark.long
 def test_simulation_based_calibration_of_a_few(monkeypatch):
     """Talts et al. (2018): with the truth drawn from the priors its rank among the draws is uniform. Four bins of four."""
     monkeypatch.setattr(sampling, "_CHAINS", replace(sampling._CHAINS, shortest=5.0, block=50, walkers=40))

@@ -36,6 +36,7 @@ def fitted(name, curve, **settings):
     return fit(curve, start, tip, [free], quick=True, **settings).estimates[free]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spring", [None, 0.05])
 @pytest.mark.parametrize("begin", [0.02, 0.3, 0.9])
 @pytest.mark.parametrize("name", ["sphere", "cone", "gel"])
@@ -69,6 +70,7 @@ def test_data_that_begin_in_contact(name, begin, spring, request):
 _RUNS_OFF = pytest.mark.xfail(strict=True, reason="contact point and modulus run off together: refused")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "begin"), [("cone", 0.3), ("cone", 0.9), ("gel", 0.3), pytest.param("gel", 0.9, marks=_RUNS_OFF)]
 )
@@ -85,6 +87,7 @@ def test_a_tilt_that_nothing_shows(name, begin):
         assert "do not show where the contact began" in text or "they begin in contact" in text
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("spring", [None, 0.05])
 @pytest.mark.parametrize(("periods", "share"), [(1.75, 0.8), (3.3, 0.5), (3.3, 0.8), (6.5, 0.5), (6.5, 0.8)])
 def test_a_wave_on_the_background(periods, share, spring):
@@ -194,6 +197,7 @@ def test_a_digitised_force_has_wider_intervals():
     assert found.stderr / 5e3 < 2 * np.std(errors)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("seed", [3])
 @pytest.mark.parametrize("spring", [None, 0.05])
 @pytest.mark.parametrize("begin", [0.7, 0.9])
@@ -217,6 +221,7 @@ def test_an_interval_reaches_across_two_minima():
     assert found.low < 2e3 < found.high
 
 
+@pytest.mark.long
 def test_a_soft_cantilever_far_out_is_not_saturated():
     """Means that are long far from the deepest point miss the minimum by more than the last eight readings weigh."""
     spring = 0.02

@@ -27,6 +27,7 @@ def ramp(law, tip=BEAD, *, points=600, noise=0.01, seed=1, end=5.0):
     return Curve(depth + 40e-9, force, time=time, name="ramp")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "law", "start", "names"),
     [
@@ -63,6 +64,7 @@ CYCLES = {
 """Times [s] and depths over the largest: a second cycle from the air, and one that begins in contact."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("name", "spring"),
     [("twice", None), ("deeper", None), pytest.param("deeper", 0.05, marks=pytest.mark.slow)],
@@ -109,6 +111,7 @@ def test_turns_of_noisy_positions():
         assert [(signs[a:b] * s >= 0).all() for a, b, s in zip([0, *at], [*at, 1999], [1, -1, 1, -1], strict=True)]
 
 
+@pytest.mark.long
 def test_behind_a_cantilever():
     """The tip sinks in during the hold as the force relaxes; the history is that of the piezo."""
     spring, points = 0.05, 400
@@ -127,6 +130,7 @@ def test_behind_a_cantilever():
         assert abs(result[name] - truth) < 4 * result.estimates[name].stderr, name
 
 
+@pytest.mark.long
 def test_elastic_limit():
     """A relaxation far slower than the curve is no relaxation: the modulus is that of the elastic fit, and the note says so."""
     curve = ramp(StandardLinearSolid(0.4, 1e6))
@@ -145,6 +149,7 @@ def test_elastic_limit():
     assert any("longer than the curve" in note for note in found.notes)
 
 
+@pytest.mark.long
 def test_what_is_refused():
     curve = ramp(SOLID)
     law = {"free": [YOUNG, TIME], "relaxation": SOLID}
@@ -171,6 +176,7 @@ def test_what_is_refused():
         fit(curve, GEL, BEAD, work_of_adhesion=1e-3, **law)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sign", [1, -1])
 @pytest.mark.parametrize(("first", "last"), [(-1, 1), (-1, 0.5), (-0.5, -1.5)])
 def test_a_fast_ramp_before_a_long_hold(first, last, sign):

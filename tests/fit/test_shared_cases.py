@@ -117,6 +117,7 @@ def test_deeper_than_the_layer(cases):
     assert "It cannot get there" in " ".join(ran.output.split())
 
 
+@pytest.mark.long
 def test_columns_and_units(cases):
     read = " ".join(fitted(cases / "06_wrong_columns", "dma.txt").read)
     assert "'Indent Disp.'" in read

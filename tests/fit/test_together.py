@@ -42,6 +42,7 @@ def two_tips(seed, noise=0.01, thickness=1e-6):
     ]
 
 
+@pytest.mark.long
 def test_two_tips_determine_modulus_and_thickness():
     found = fit_together(two_tips(1), layer(2e3, 2e-6), Sphere(1e-6), free=[YOUNG, THICKNESS])
     for name, truth in ((YOUNG, 5e3), (THICKNESS, 1e-6)):
@@ -88,6 +89,7 @@ def test_a_single_group_equals_one_long_curve():
     assert both.stderr == pytest.approx(one.stderr, rel=0.05)
 
 
+@pytest.mark.long
 def test_a_tilt_that_is_not_excluded_widens_joint_intervals_and_draws():
     """20 times three curves with tilts of half a per cent of the rise; 95 % intervals miss more than four with 0.3 %."""
     held, z = 0, np.linspace(-4e-7, 6e-7, 300)
@@ -149,6 +151,7 @@ def test_noise_of_each_counts():
     assert both.stderr == pytest.approx(one.stderr, rel=0.05)
 
 
+@pytest.mark.long
 def test_relaxing_curves():
     """Fast and slow ramps of one solid."""
     solid, curves = StandardLinearSolid(0.4, 0.5), []

@@ -118,6 +118,7 @@ def _text(cycles):
     return "depth (nm),load (mN)\n" + "\n".join(f"{h * 1e9:.5f},{p * 1e3:.7f}" for h, p in rows) + "\n"
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("left", [0.0, 0.3, 0.6], ids=["whole", "partial", "to 60 %"])
 @pytest.mark.parametrize("layout", ["one record", "blocks"])
 def test_command_on_load_cycles(tmp_path, layout, left):
@@ -149,6 +150,7 @@ def test_command_on_load_cycles(tmp_path, layout, left):
     assert picture.stat().st_size > 10_000
 
 
+@pytest.mark.long
 def test_a_plastic_cycle_is_sent_to_the_command_for_films(tmp_path):
     """`flatpunch fit` of a load cycle that leaves an imprint: refused, with the command that takes it."""
     rows = np.concatenate([[[h, 0.0] for h in np.linspace(-50e-9, 0, 100)], _cycles(1)[0]])
@@ -211,6 +213,7 @@ def test_a_pop_in_and_a_withdrawal_are_no_cycles():
     assert len(load_cycles(Curve(1e-7 * depth, np.concatenate([rise, back, air])))) == 1
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("left", [0.0, 0.3, 0.6])
 def test_many_plastic_cycles_are_sent_there_too(tmp_path, left):
     """Under the cone of the same area, whose forces are solved in a tenth of the time."""
@@ -248,6 +251,7 @@ def _rows(curve, stiffness=None):
 CYCLES = [_cycle(depth, 2e-3 * (depth / 1e-7) ** 2, 8e4 * depth / 1e-7) for depth in np.linspace(80e-9, 400e-9, 17)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("title", ["Results", "Tabelle"])
 @pytest.mark.parametrize("stiff", [False, True])
 def test_sheets_of_results_are_none_of_the_tests(tmp_path, title, stiff):
@@ -262,6 +266,7 @@ def test_sheets_of_results_are_none_of_the_tests(tmp_path, title, stiff):
     assert found[0].meta["notes"] == ()
 
 
+@pytest.mark.long
 def test_one_bad_test_costs_one_test_and_is_named(tmp_path):
     short = [*_rows(CYCLES[0])[:8]]
     up = [_rows(CYCLES[1])[0], *_rows(CYCLES[1])[1:250]]
@@ -273,6 +278,7 @@ def test_one_bad_test_costs_one_test_and_is_named(tmp_path):
         assert any(name in note and note.startswith("Left out") for note in points.meta["notes"])
 
 
+@pytest.mark.long
 def test_a_folder_of_tests_is_one_sample(tmp_path):
     folder = tmp_path / "tests"
     folder.mkdir()

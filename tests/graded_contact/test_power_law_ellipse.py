@@ -69,6 +69,7 @@ def test_growth_of_the_outline_in_closed_form(exponent):
         assert growth == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("exponent", [0.4, 0.6])
 def test_a_thick_layer_graded_like_it_answers_alike(exponent):
     """General path of graded layers against the closed forms: E = (z0 + z)^k with z0 far below the contact radius.

@@ -29,6 +29,7 @@ def test_two_equal_half_spaces_are_one_of_half_the_modulus(method):
     agree(solve(fp.TwoBodies(one, one), method), solve(fp.HalfSpace(1.0, 0.3), method), 1e-13)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BODIES)
 def test_two_equal_bodies_are_one_of_half_the_force(name):
     one, pair = solve(BODIES[name]), solve(fp.TwoBodies(BODIES[name], BODIES[name]))
@@ -38,12 +39,14 @@ def test_two_equal_bodies_are_one_of_half_the_force(name):
         np.testing.assert_allclose(pair[variable], share * one[variable], rtol=1e-9, err_msg=variable)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("one", "other"), [("layer", "coated"), ("layer", "graded"), ("graded", "half-space")])
 def test_order_does_not_matter(one, other):
     # the pairs have different lengths of their own, so panels lie elsewhere: 1e-9 under graded surfaces
     agree(solve(fp.TwoBodies(BODIES[one], BODIES[other])), solve(fp.TwoBodies(BODIES[other], BODIES[one])), 1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", BODIES)
 @pytest.mark.parametrize("method", ["first-order", "fourth-order"])
 def test_one_rigid_body_returns_the_other(name, method):

@@ -1,11 +1,13 @@
 """The rule over the polar angle of outlines that vary by orders of magnitude."""
 
 import numpy as np
+import pytest
 
 import flatpunch as fp
 from flatpunch.indenters.geometry import angle_rule
 
 
+@pytest.mark.long
 def test_few_trials_lead_to_many_angles(monkeypatch):
     """A height coefficient of 1e-8 in one direction: thousands of angles, in steps that grow with their number."""
     made = []

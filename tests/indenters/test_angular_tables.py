@@ -85,6 +85,7 @@ HARMONICS = {name: (tip, False) for name, tip in (CROSSED | SMOOTH).items()}
 HARMONICS |= {f"logarithm, {name}": (tip, True) for name, tip in WITH_LOGARITHM.items()}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tip", "logarithmic"), HARMONICS.values(), ids=HARMONICS)
 def test_harmonics(tip, logarithmic):
     table = AngularHarmonics(tip, 24, logarithmic=logarithmic)

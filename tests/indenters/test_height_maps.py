@@ -17,6 +17,7 @@ def paraboloid(x, y, radius=2e-6):
     return ((x[None, :] - 1.234e-7) ** 2 + (y[:, None] + 0.567e-7) ** 2) / (2 * radius)
 
 
+@pytest.mark.long
 def test_a_paraboloid_is_met_exactly_between_the_points():
     tip = fp.HeightMap(X, Y, 3e-7 + paraboloid(X, Y))
     assert tip.centre == pytest.approx((1.234e-7, -0.567e-7), rel=1e-11)
@@ -46,6 +47,7 @@ def test_interpolation_converges_with_the_third_power_of_the_spacing():
     assert errors[1] / errors[2] == pytest.approx(8, rel=0.05)
 
 
+@pytest.mark.long
 def test_orientation_and_order_of_axes_do_not_matter():
     z = paraboloid(X, Y)
     tip = fp.HeightMap(X, Y, z)

@@ -293,6 +293,7 @@ def test_contacts_of_all_tips(tip):
     assert (result["contour"] > 0).all()
 
 
+@pytest.mark.long
 def test_rounded_tips_run_from_the_paraboloid_to_the_pyramid():
     rounded, ball, sharp = (
         fp.Rounded(fp.Pyramid(4, 0.4), 1e-7, true_sphere=False),

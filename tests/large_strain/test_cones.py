@@ -38,6 +38,7 @@ def test_cones_on_half_spaces_of_other_finite_elements(angle, known, error):
     assert float(found.strain_factor[0]) == pytest.approx(known, abs=error)
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(
     poisson=st.floats(POISSON, 0.5),

@@ -28,6 +28,7 @@ def test_fits_find_the_modulus_of_deep_curves(quick, ratio):
     assert any("are left out: the table of finite_strain ends" in note for note in cut.notes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("shift", [1.0, 1.0 + 1e-9, 1.3, 1.7])
 def test_fits_and_batches_end_with_the_table(shift):
     """Noise moves the contact of a curve that ends with the table; what is deeper is linear, and must not act."""

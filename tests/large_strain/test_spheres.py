@@ -51,6 +51,7 @@ def test_error_holds_at_points_that_did_not_make_the_table():
         assert max(abs(row["linear"] - 1) for row in rows) == pytest.approx(record["tables"][family]["linear"])
 
 
+@pytest.mark.long
 @settings(max_examples=40, deadline=None)
 @given(
     poisson=st.floats(POISSON, 0.5),

@@ -108,6 +108,7 @@ def test_case_file(tmp_path):
         fp.read_case(path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("film", [FILM, fp.GradedLayer(FILM.young, 0.5, H)])
 def test_a_fit_takes_all_moduli_along(film):
     """The curve is that of a film 2.5 times as stiff, as a factor of all laws: tables, functions and named ones."""
@@ -151,6 +152,7 @@ def test_the_mean_layer_of_slices_is_that_of_the_whole():
         assert getattr(whole, name) == pytest.approx(getattr(theirs, name), rel=1e-9)
 
 
+@pytest.mark.long
 def test_contacts_of_other_kinds():
     """Two bodies, adhesion and boundary elements see C(k) alone: against the isotropic layer of the same constants."""
     young = fp.LinearModulus(20e3, 60e3, H)

@@ -195,6 +195,7 @@ def test_large_strain() -> None:
     same(lambda kind: fp.indent(gel(kind), TIP, depth=[1e-7], finite_strain="neo-hookean"))
 
 
+@pytest.mark.long
 def test_lift_off() -> None:
     same(lambda kind: fp.indent(fp.FreeLayer.of(kind(SHEAR, 2 * UM, False), BASE), TIP, radius=[UM, 2 * UM]))
 

@@ -41,6 +41,7 @@ def at(rows, e_g, log_h):
     return float(key["e_g"]), float(key["e_minus_e_g"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("figure", ["figure_02", "figure_04"])
 def test_boundary_elements_on_thick_layers_are_hertz(quick, figure):
     e_g, excess = at(table(quick[0], figure), 0.6, 2.0)
@@ -161,6 +162,7 @@ def test_figure_numbers():
             wanted_figures(text)
 
 
+@pytest.mark.long
 def test_command(tmp_path):
     done = CliRunner().invoke(app, ["--quick", "--figures", "10", "--jobs", "1", "-o", str(tmp_path)])
     assert done.exit_code == 0, done.output

@@ -35,6 +35,7 @@ def test_the_entries_used_longest_ago_are_dropped():
     assert calls[-1] == 1
 
 
+@pytest.mark.long
 def test_a_small_entry_outlives_large_ones_that_are_used_later():
     """A table of forces is small, and the series that it is made of are large and used after it."""
     cache, make, _ = kept_by(10_000, 1000)
@@ -50,6 +51,7 @@ def test_a_small_entry_outlives_large_ones_that_are_used_later():
     assert table("forces") is not first
 
 
+@pytest.mark.long
 def test_what_grows_is_measured_again():
     cache = ByteCache(10_000)
     lists = byte_cached(lambda number: [], cache)
@@ -111,6 +113,7 @@ def test_functions_reach_other_processes_by_name():
     assert pickle.loads(pickle.dumps(punch_family)) is punch_family
 
 
+@pytest.mark.long
 def test_many_media_stay_within_the_limit(monkeypatch):
     """16 media would take some 80 MB; what is kept of them is measured here from outside."""
     limit = 20_000_000

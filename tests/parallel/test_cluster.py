@@ -25,6 +25,7 @@ def cluster():
         yield made
 
 
+@pytest.mark.long
 @SIGNALS
 def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     marks, seen = str(tmp_path), []
@@ -42,6 +43,7 @@ def test_points_on_a_cluster_that_loses_a_worker(cluster, tmp_path):
     assert solve_points(functions.deadly, points, workers=1, store=store).fresh == 0
 
 
+@pytest.mark.long
 @SIGNALS
 # both workers are down for a while, on a busy machine for longer than is silently waited
 @pytest.mark.filterwarnings("ignore:All workers of the scheduler")
@@ -89,6 +91,7 @@ def test_nobody_there(monkeypatch):
         solve_points(functions.square, [1], scheduler=empty.scheduler_address)
 
 
+@pytest.mark.long
 def test_workers_that_are_all_gone_are_reported_and_waited_for(monkeypatch):
     """The call goes on with those that join later, and loses nothing."""
     distributed = pytest.importorskip("distributed")
@@ -115,6 +118,7 @@ def test_without_the_extra(monkeypatch):
         solve_points(functions.square, [1], scheduler="tcp://127.0.0.1:1")
 
 
+@pytest.mark.long
 def test_nothing_to_do_needs_no_cluster(tmp_path):
     solve_points(functions.square, [1], workers=1, store=tmp_path)
     with warnings.catch_warnings():

@@ -211,6 +211,7 @@ print(repr(float(result.force[-1])))
 """
 
 
+@pytest.mark.long
 def test_an_unguarded_script_is_not_run_again(tmp_path):
     """Its output comes once, and nothing is left on its error stream."""
     script = tmp_path / "script.py"
@@ -227,6 +228,7 @@ def test_an_unguarded_script_is_not_run_again(tmp_path):
     assert run.stderr == ""
 
 
+@pytest.mark.long
 def test_solutions_do_not_depend_on_who_makes_them(monkeypatch):
     film = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
     tip, depth = fp.Pyramid(3, 0.35), np.geomspace(0.05, 3.0, 60)
@@ -241,6 +243,7 @@ def test_solutions_do_not_depend_on_who_makes_them(monkeypatch):
         assert np.array_equal(alone[name], shared[name], equal_nan=True), name
 
 
+@pytest.mark.long
 def test_long_rows_of_close_steps_are_shared_and_reported():
     kernel, told = compliance(fp.HalfSpace(1.0, 0.3)), []
     depths = np.linspace(1.0, 1.1, 60)
@@ -251,6 +254,7 @@ def test_long_rows_of_close_steps_are_shared_and_reported():
     np.testing.assert_allclose([s.force / s.depth**2 for s in found], found[0].force / depths[0] ** 2, rtol=3e-3)
 
 
+@pytest.mark.long
 def test_boundary_elements_do_not_depend_on_who_solves_them(monkeypatch):
     """Nor on what else is asked for, but for steps so close that they start from the one before."""
     kernel, tip = compliance(fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))), fp.Pyramid(4, 0.35)

@@ -29,6 +29,7 @@ solve_points(points_for_tests.slowly, [(0.1, {marks!r}, i) for i in range(30)], 
 """
 
 
+@pytest.mark.long
 def test_one_thread_in_each_process(monkeypatch):
     """However many this process may use: BLAS, OpenMP, and what reads the environment (the transforms of `bem`)."""
     monkeypatch.setenv("OMP_NUM_THREADS", "4")
@@ -38,6 +39,7 @@ def test_one_thread_in_each_process(monkeypatch):
     assert os.environ["OMP_NUM_THREADS"] == "4"
 
 
+@pytest.mark.long
 @SIGNALS
 def test_a_process_that_dies_costs_no_other_point(tmp_path):
     marks = str(tmp_path)
@@ -74,6 +76,7 @@ def _workers():
     return found
 
 
+@pytest.mark.long
 def test_processes_of_long_studies_are_replaced(monkeypatch):
     monkeypatch.setattr("flatpunch.parallel.calls.RETIRED", 1)
     # long enough to be handed out one by one
@@ -90,6 +93,7 @@ def test_groups_share_a_process():
     assert at["a"] == at["b"] or len(at["a"]) == 1 or len(at["b"]) == 1
 
 
+@pytest.mark.long
 @SIGNALS
 @pytest.mark.parametrize("how", [signal.SIGINT, _KILL], ids=["interrupt", "kill"])
 def test_after_an_interruption_the_rest_is_solved(how, tmp_path):
@@ -163,6 +167,7 @@ def test_an_interruption_while_processes_start_is_heard_by_one(tmp_path):
     assert told.count("Traceback") == 1, told
 
 
+@pytest.mark.long
 def test_functions_of_an_unguarded_script_are_called_in_processes(tmp_path):
     """They go there by value, and the script is not run again."""
     script = tmp_path / "script.py"

@@ -100,6 +100,7 @@ def test_force_and_radius_control_return_the_depth(tip: object, name: str) -> No
     np.testing.assert_allclose(by_radius.depth, depth, rtol=1e-11)
 
 
+@pytest.mark.long
 @settings(max_examples=15, deadline=None, derandomize=True)
 @given(
     length=st.floats(1e-9, 1e3),
@@ -159,6 +160,7 @@ def test_turning_the_tip_turns_the_outline() -> None:
     np.testing.assert_allclose(spectra[1][2], spectra[0][2] * np.exp(-2j * turn), rtol=1e-9)
 
 
+@pytest.mark.long
 def test_graded_surface_keeps_the_identities() -> None:
     """Stiffness and force control under a graded surface, whose punch matrices are costlier than a layer's."""
     step = 2e-3

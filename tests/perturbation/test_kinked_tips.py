@@ -27,6 +27,7 @@ def beside_rings(tip, radius):
     return np.any(np.abs(np.log(radius[:, None] / np.array(tip.rings))) < 0.1, axis=1)
 
 
+@pytest.mark.long
 @media
 @tips
 def test_stiffness_is_the_slope_of_the_force(tip, medium):

@@ -42,6 +42,7 @@ def test_negative_pressure() -> None:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["first-order", "second-order", "fourth-order", "refined", "bem"])
 def test_steep_faces(method: str) -> None:
     configured = fp.BoundaryElements(grid=32) if method == "bem" else method
@@ -53,6 +54,7 @@ def test_steep_faces(method: str) -> None:
             assert (words in curve.attrs["notes"]) == steep
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("method", ["second-order", "fourth-order"])
 @pytest.mark.parametrize("tip", [fp.Pyramid(4, 0.3), fp.EllipticParaboloid(0.1, 1.0)])
 def test_results_stay_finite_through_the_turning_point(tip: object, method: str) -> None:

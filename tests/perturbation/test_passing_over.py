@@ -21,6 +21,7 @@ def film(ratio: float) -> fp.Medium:
     return fp.Medium([fp.Layer(ratio, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tip", "ratio", "start", "stop"), CASES.values(), ids=CASES)
 def test_force_and_stiffness_do_not_jump(tip: object, ratio: float, start: float, stop: float) -> None:
     """Where one order takes over from the other at one depth the force jumps by up to 1.4 %."""
@@ -37,6 +38,7 @@ def test_force_and_stiffness_do_not_jump(tip: object, ratio: float, start: float
     assert np.abs(np.diff(slope)).max() < 0.002 * slope.mean()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tip", "ratio", "start", "stop"), CASES.values(), ids=CASES)
 def test_a_step_does_not_depend_on_the_others(tip: object, ratio: float, start: float, stop: float) -> None:
     depth = np.geomspace(start, stop, 12)
@@ -50,6 +52,7 @@ def test_a_step_does_not_depend_on_the_others(tip: object, ratio: float, start: 
         np.testing.assert_allclose(back.depth, depth[::4], rtol=1e-9)
 
 
+@pytest.mark.long
 def test_outline_in_between() -> None:
     """Mean radius and area are those of the outline."""
     tip, medium = fp.EllipticParaboloid(0.1, 0.5), film(8.0)

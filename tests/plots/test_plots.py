@@ -145,6 +145,7 @@ def test_pressure_map_integrates_to_the_force(result, axes):
     assert total(axes.collections[0]) * 1e3 * 1e-18 == pytest.approx(float(result["force"][-1]), rel=0.02)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("style", STYLES)
 def test_styles_have_the_width_of_their_columns(result, style, tmp_path):
     drawn = plots.figure(result, GEL, TIP, title="A title", style=style)
@@ -161,6 +162,7 @@ def test_styles_have_the_width_of_their_columns(result, style, tmp_path):
         plots.figure(result, GEL, TIP, style="poster")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("indenter", INDENTERS, ids=lambda indenter: type(indenter).__name__)
 def test_figure_of_every_indenter(indenter, tmp_path):
     result = fp.indent(GEL, indenter, depth=[1e-8, 3e-8, 5e-8], angles=48)
@@ -169,12 +171,14 @@ def test_figure_of_every_indenter(indenter, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["figure.png"]
 
 
+@pytest.mark.long
 def test_single_step(tmp_path):
     result = fp.indent(GEL, TIP, depth=1e-7, angles=48)
     plots.save_figure(plots.figure(result, GEL, TIP), tmp_path / "one.svg")
     assert (tmp_path / "one.svg").read_text(encoding="utf-8").lstrip().startswith("<?xml")
 
 
+@pytest.mark.long
 def test_stiff_film_is_drawn_up_to_where_the_outline_ends(tmp_path):
     """A film about 7 times stiffer: first-order outlines end at some depth and exist again beyond it."""
     film = fp.Medium([fp.Layer(young=200e9, poisson=0.3, thickness=1e-6)], base=fp.HalfSpace(30e9, 0.3))

@@ -63,6 +63,7 @@ def test_adhesive_pressure_map_has_its_tension(axes):
     np.testing.assert_allclose(drawn, np.clip(wanted, low, high), rtol=1e-9)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("indenter", "control"),
     [
@@ -101,6 +102,7 @@ def test_history_draws_the_numbers():
     assert "(nN)" in left.get_ylabel()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "relaxation", [fp.PowerLawRelaxation(0.2, 1.0), fp.Prony([0.5], [1.0])], ids=["power", "prony"]
 )

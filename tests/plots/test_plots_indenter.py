@@ -21,6 +21,7 @@ TIPS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", TIPS, ids=lambda tip: type(tip).__name__)
 def test_every_tip_is_drawn(tip, tmp_path):
     figure = plots_indenter.indenter_figure(tip, extent=4e-7)

@@ -47,6 +47,7 @@ def _loaded(path, monkeypatch):
     return module.LayeredMaterial
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "medium", [LAYER, FILM, GRADED, fp.HalfSpace(70e9, 0.33)], ids=["layer", "film", "graded", "body"]
 )

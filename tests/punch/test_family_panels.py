@@ -45,6 +45,7 @@ def test_family_at_random_radii_equals_direct_solves(medium):
     compare(medium, 10 ** np.random.default_rng(5).uniform(-5, 1.5, 24))
 
 
+@pytest.mark.long
 @media
 def test_family_at_the_seams_of_its_panels(medium):
     # panels end at half decades; for small contacts at decades, for large ones at eighths of a decade

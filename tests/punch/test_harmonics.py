@@ -24,6 +24,7 @@ def radius(kernel, width):
     return width * 25 / kernel.cutoff
 
 
+@pytest.mark.long
 @media
 @wide
 def test_edges_stiffen_as_strengths_grow(medium, width):
@@ -44,6 +45,7 @@ def test_edges_stiffen_as_strengths_grow(medium, width):
         assert k[at + 1] - k[at] == pytest.approx(0.5 - growth, rel=2e-9, abs=2e-9 + lost)
 
 
+@pytest.mark.long
 @media
 @wide
 def test_answers_do_not_depend_on_the_size_of_the_matrix(medium, width, monkeypatch):

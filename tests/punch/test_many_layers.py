@@ -103,6 +103,7 @@ def assert_as_stated(medium, radius):
     return punch
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "seed"), [(skin, 1), (skin, 2), (skin, 3), (many, 11), (many, 12)])
 def test_punches_are_those_of_the_integral_equation(kind, seed):
     assert_as_stated(*kind(np.random.default_rng(seed)))
@@ -116,6 +117,7 @@ def test_300_punches_are_those_of_the_integral_equation(kind):
         assert_as_stated(*kind(rng))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("young", "radius"), [(5.0, 1e3), (5.0, 1e5), (0.2, 1e5)])
 def test_round_contacts_on_thin_skins_are_those_of_the_integral_equation(young, radius):
     medium = fp.Medium([fp.Layer(young, 0.25, 1.0)], base=fp.HalfSpace(1.0, 0.3))

@@ -124,6 +124,7 @@ def test_kernel_and_medium_give_the_same_closed_forms():
     assert ratio[0] / ratio[1] == pytest.approx((0.2 / 5.0) ** (0.4 - 1), rel=1e-13)
 
 
+@pytest.mark.long
 def test_a_thick_graded_layer_approaches_it():
     # E = E_l (z + s)^k with a small shift s, and a base far below
     k, nu = 0.5, 0.3

@@ -74,6 +74,7 @@ def _forget_tables():
     wavenumbers.split_table.cache_clear()
 
 
+@pytest.mark.long
 def test_true_error_is_at_most_the_reported_one(finer_quadrature, monkeypatch):
     truth = {}
     for name, medium in CATALOGUE.items():

@@ -61,6 +61,7 @@ def test_level_lines() -> None:
     assert (level_line(Rounded(fp.Pyramid(4, 0.3), 0.1, true_sphere=False), PHI) == 0).all()
 
 
+@pytest.mark.long
 def test_a_narrow_lobe_that_outgrows_its_box() -> None:
     """256 cells lose the last hundredths of it, so that the contact of the cells does not touch the edge."""
     tip, depth = fp.Pyramid(3, 0.4), 1.0
@@ -81,6 +82,7 @@ def test_a_narrow_lobe_that_outgrows_its_box() -> None:
     assert again.max() == pytest.approx(1.2087, abs=0.03 * 0.364)
 
 
+@pytest.mark.long
 def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> None:
     """At this depth the lobes of the first solution end 0.14 mean radii too early, at the edge of its grid."""
     tip, kernel = fp.Pyramid(3, 0.4), compliance(_film(50.0))

@@ -36,6 +36,7 @@ def film(modulus: float) -> fp.Medium:
     return fp.Medium([fp.Layer(modulus, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["force", "radius"])
 def test_other_controls_take_about_as_many_solutions(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     tip, depth = fp.Pyramid(4, 0.3), np.geomspace(0.02, 5.0, 50)
@@ -60,6 +61,7 @@ def test_one_value_takes_few_solutions(name: str, monkeypatch: pytest.MonkeyPatc
     assert float(result.force_error[0]) < 3e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["force", "radius"])
 def test_a_few_values_far_apart_have_solutions_of_their_own(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     medium = fp.Medium([fp.Layer(1.0, 0.3, 1.0), fp.Layer(3.1, 0.3, 0.5)], base=fp.HalfSpace(1.0, 0.3))
@@ -73,6 +75,7 @@ def test_a_few_values_far_apart_have_solutions_of_their_own(name: str, monkeypat
     assert np.all(result.force_error < 2e-3)
 
 
+@pytest.mark.long
 def test_ends_close_in_on_a_contact_that_is_about_to_come_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     # ln a0 bends there, so that where it is expected moves on with every solution
     tip = Truncated(fp.Pyramid(4, 0.3), 0.1)
@@ -81,6 +84,7 @@ def test_ends_close_in_on_a_contact_that_is_about_to_come_apart(monkeypatch: pyt
     assert taken <= 20
 
 
+@pytest.mark.long
 def test_radii_of_a_flat_end_have_no_depth() -> None:
     tip = Truncated(fp.Pyramid(4, 0.3), 0.1)
     # the second lies between the sides and the corners of the flat
@@ -103,6 +107,7 @@ def test_radius_of_a_flat_end() -> None:
     assert not fp.pressure(FILM_50, Truncated(fp.Pyramid(4, 0.3), 0.1), 0.1, 0.0, radius=0.35, **COARSE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["radius", "force", "depth"])
 def test_nothing_and_two_values_far_apart(name: str) -> None:
     values = np.array([0.0, 0.05, 5.0])

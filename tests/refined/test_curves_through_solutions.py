@@ -43,6 +43,7 @@ def test_a_single_step_takes_a_single_solution(solved: list[float]) -> None:
     assert float(one.stiffness[0]) == pytest.approx(slope, rel=0.01)
 
 
+@pytest.mark.long
 def test_a_few_depths_have_solutions_of_their_own(solved: list[float]) -> None:
     """So they are as good as boundary elements, whatever happens between them."""
     film, tip = fp.Medium([fp.Layer(20.0, 0.31, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.37)
@@ -91,6 +92,7 @@ def test_depths_that_differ_by_rounding_are_the_same(solved: list[float]) -> Non
     assert np.diff(np.log(np.sort(solved))).min() > 1e-6
 
 
+@pytest.mark.long
 def test_where_the_round_base_turns_back() -> None:
     """Under a film a hundred times stiffer than its base one depth belongs to several round contacts; the force has no jump."""
     film, tip = fp.Medium([fp.Layer(100.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3)), fp.Pyramid(4, 0.35)
@@ -130,6 +132,7 @@ def test_small_grids_take_one_thread_of_linear_algebra() -> None:
     assert threads() == before
 
 
+@pytest.mark.long
 def test_a_step_within_a_known_gap_costs_one_solution_at_most(solved: list[float]) -> None:
     tip, film = fp.Pyramid(3, 0.31), fp.Medium([fp.Layer(7.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
     options = {"method": fp.Refined(cells=64)}
@@ -154,6 +157,7 @@ def test_solutions_next_to_each_other_do_no_harm_to_curves() -> None:
         assert (np.diff(curve.force.values) > 0).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "width"),
     [(1.0, 1e-3), (20.0, 0.2), *(pytest.param(*each, marks=pytest.mark.slow) for each in ((20.0, 1e-2), (1.0, 3.0)))],

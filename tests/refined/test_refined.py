@@ -23,6 +23,7 @@ TABLE_OFF = {"rtol": 4.99e-4, "cells": 128}
 """Coarse solutions, so that the tests stay quick: forces then are good to 1e-4."""
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("medium", [INCOMPRESSIBLE, FILM_10, SOFT], ids=["incompressible", "film", "soft"])
 def test_against_boundary_elements_between_its_own(medium: fp.Medium) -> None:
     depth = np.geomspace(0.05, 0.6, 40)
@@ -138,6 +139,7 @@ def test_contacts_without_outline_say_so() -> None:
     assert np.all(np.isfinite(curve.area))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sides", [3, 4])
 def test_points_of_the_outline_are_known_better_than_by_the_cells(sides: int) -> None:
     """Along its edges a contact is narrower than a cell; there it is solved on finer cells."""

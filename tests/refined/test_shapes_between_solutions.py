@@ -19,6 +19,7 @@ def test_kinds_of_edges() -> None:
     assert len({place_of(knoop, angle) for angle, *_ in wedges_of(knoop)}) == 2
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "sides", "depth", "apart"),
     [

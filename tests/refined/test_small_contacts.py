@@ -22,6 +22,7 @@ TIPS = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("medium", MEDIA.values(), ids=MEDIA)
 @pytest.mark.parametrize("tip", TIPS.values(), ids=TIPS)
 def test_small_contacts_feel_the_layers(tip, medium):

@@ -33,6 +33,7 @@ def _medium(poisson: float | None, thickness: float = 2.0, modulus: float = 3.0)
     return fp.Medium([fp.Layer(modulus, poisson if bonded else 0.4, thickness, bonded)], base=fp.RigidBase())
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tip", "poisson", "beta"), CASES)
 def test_against_fresh_boundary_elements(
     tip: object, poisson: float | None, beta: float, monkeypatch: pytest.MonkeyPatch
@@ -57,6 +58,7 @@ def test_against_fresh_boundary_elements(
     assert off < float(result.contour_error[0]) + trace.error
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "poisson"),
     [(fp.EllipticParaboloid(0.2, 1.0), 0.5), (fp.EllipticParaboloid(0.12, 1.0), 0.0), (fp.Pyramid(3, 0.3), 0.4)],

@@ -19,6 +19,7 @@ BODIES = {
 bodies = pytest.mark.parametrize("body", BODIES.values(), ids=BODIES)
 
 
+@pytest.mark.long
 @bodies
 def test_three_beads_against_boundary_elements(body):
     """0.2 % of the total force and 1.5 % of each while the gap is more than half a radius; 256 cells leave 0.1 %."""

@@ -254,6 +254,7 @@ def test_wrong_units_are_said():
         fp.rough_contact(HALF_SPACE, rough.heights, pressure=1e6)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("periodic", [True, (True, False), False])
 def test_memory_is_said_before_the_work(periodic, caplog):
     """An upper bound, and not more than twice what is taken."""
@@ -301,6 +302,7 @@ def test_layers_on_rigid_bases_have_an_end():
     assert "no surface gets there" in result.notes
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("ratio", "cells", "share"), [(300, 2.5, 0.3), (1000, 1.2, 0.3), (1000, 2.5, 0.03), (0, 0.4, 0.3)]
 )

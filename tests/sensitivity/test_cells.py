@@ -13,6 +13,7 @@ PAIR = fp.TwoBodies(FILM, fp.Medium([fp.Layer(1.0, 0.2, 0.8)], base=fp.HalfSpace
 GRID = fp.bem.Grid.around((1.3, 1.3), 96)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("medium", "tip"), [(FILM, fp.Pyramid(4, 0.3)), (FILM, fp.EllipticParaboloid(0.2, 0.3)), (PAIR, fp.Paraboloid(2.0))]
 )
@@ -55,6 +56,7 @@ def test_cells_beside_a_flat_end():
     assert float(found.force.sel(parameter="indenter.tip.inclination")) == pytest.approx(-0.6 / np.sin(0.6), abs=0.03)
 
 
+@pytest.mark.long
 def test_cells_of_a_contact_without_an_outline():
     """Under a stiff film the lobes of a three-sided pyramid come off its centre; depths are chosen by the size of the whole."""
     stiff = fp.Medium([fp.Layer(5.551, 0.0083, 1.164)], base=fp.HalfSpace(1.0, 0.3))
@@ -73,6 +75,7 @@ def test_cells_agree_with_the_round_contact():
     assert np.isnan(cells.radius.values).all()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "accuracy"),
     [

@@ -90,6 +90,7 @@ def test_graded_layers_add_up():
     np.testing.assert_allclose(total, -fp.compliance(GRADED)(K), rtol=3e-9)
 
 
+@pytest.mark.long
 def test_thickness_of_a_graded_layer():
     def thicker(h):
         middle = fp.GradedLayer(GRADED.layers[1].young, GRADED.layers[1].poisson, h, bonded=False)

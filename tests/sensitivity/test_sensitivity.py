@@ -71,6 +71,7 @@ def logarithmic(medium, tip, parameter, **given):
     return parameter.value * difference(at, parameter.value, step)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("medium", "tip", "radius", "accuracy"),
     # gradings take seconds each
@@ -99,6 +100,7 @@ def test_against_differences_of_public_results(medium, tip, radius, accuracy):
             assert float(at.radius_at_force) == pytest.approx(at_force[3], rel=accuracy, abs=accuracy), parameter.name
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("medium", "tip", "radius", "accuracy"), CASES)
 @pytest.mark.filterwarnings("ignore::flatpunch.FlatpunchWarning")
 def test_dimensions(medium, tip, radius, accuracy):
@@ -127,6 +129,7 @@ def test_entries_of_tables_near_kinks_of_their_cubics(seed):
     np.testing.assert_allclose(total, graded.layers[0].young_at(z), rtol=1e-9)
 
 
+@pytest.mark.long
 def test_heights_of_a_profile_near_kinks_of_its_cubic():
     """Heights and depth together scale the force at the same contact radius."""
     r = np.linspace(0, 3, 7)
@@ -146,6 +149,7 @@ def test_flat_end():
         assert [float(at.force), float(at.stiffness), float(at.radius)] == pytest.approx(wanted[[0, 2, 3]], abs=1e-9)
 
 
+@pytest.mark.long
 def test_flat_end_on_thin_layers():
     """The square of the flat punch's pressure falls off most slowly with the wavenumber."""
     found = fp.sensitivity(THIN, fp.Cylinder(0.8), depth=0.1)
@@ -162,6 +166,7 @@ def test_flat_end_on_thin_layers():
         )
 
 
+@pytest.mark.long
 def test_contacts_thousands_of_times_wider_than_the_layers():
     """Only the base is felt, and all moduli together raise the force as much as they rise."""
     found = fp.sensitivity(THIN, fp.Paraboloid(1e4), radius=200.0, z=[200.0])
@@ -214,6 +219,7 @@ def test_first_order_of_the_mean_profile():
         assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted[0], abs=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("tip", "method"),
     [(fp.Pyramid(4, 0.3), "second-order"), (fp.EllipticParaboloid(0.2, 0.5), "fourth-order")],
@@ -259,6 +265,7 @@ def test_series_against_richardson(tip, method):
     assert any("curve, which expects its forces within" in line for line in found.attrs["notes"].splitlines())
 
 
+@pytest.mark.long
 def test_series_of_incompressible_layers_and_depth_sensitivity():
     """At a Poisson ratio of 1/2 the difference is taken backwards; the depth sensitivity is that of the mean profile."""
     gel = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], fp.RigidBase())
@@ -270,6 +277,7 @@ def test_series_of_incompressible_layers_and_depth_sensitivity():
     np.testing.assert_allclose(found.force, mean.force, rtol=0.1, atol=0.02)
 
 
+@pytest.mark.long
 def test_series_agree_with_boundary_elements():
     """To the error of the series, 0.3 % of the force, and of the cells, 1e-4."""
     tip = fp.Pyramid(4, 0.3)
@@ -330,6 +338,7 @@ def test_numbers_at_the_end_of_their_range():
     assert length > 0 > end
 
 
+@pytest.mark.long
 def test_tip_from_a_map():
     """Its heights are no numbers by name: those of the medium are left."""
     x = np.linspace(-2.0, 2.0, 21)

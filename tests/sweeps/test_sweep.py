@@ -188,6 +188,7 @@ def test_more_values_solve_only_the_new_ones(case, tmp_path):
     assert seen[0] == (0, 3)
 
 
+@pytest.mark.long
 def test_the_command(case, tmp_path):
     nc, png = tmp_path / "study.nc", tmp_path / "study.png"
     command = ["sweep", case, "--vary", "indenter.radius=0.2um,1um,2um", "--vary", "layers.0.bonded=true,false"]
@@ -233,6 +234,7 @@ def test_the_command_refuses(case, tmp_path):
         picture.figure(kept)
 
 
+@pytest.mark.long
 @SIGNALS
 def test_an_interrupted_study_goes_on(case, tmp_path):
     """Ctrl-C in a terminal reaches the workers too; status 130, nothing half-written, and the rest is solved later."""
@@ -293,6 +295,7 @@ def test_table_where_every_point_failed(case, tmp_path):
     assert found["reason"].str.len().min() > 0
 
 
+@pytest.mark.long
 def test_pictures(case):
     result = fp.sweep(
         case, {THICKNESS: "0.5um:5um:4:log", RADIUS: "0.2um:1um:9", "layers.0.bonded": "true,false"}, workers=1

@@ -37,6 +37,7 @@ def random_history(seed, corners=9, duration=4.0):
     return np.array([0.0, *at, duration]), depth
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("tip", [CONE, BALL], ids=["cone", "ball"])
 def test_the_difference_falls_with_rings_and_steps(body, tip):
@@ -74,6 +75,7 @@ def check_against_rings(body, tip, law, corners, values, count):
     return curve
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("body", BODIES)
 @pytest.mark.parametrize("seed", range(4))
 def test_random_histories(body, seed):

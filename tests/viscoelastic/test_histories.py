@@ -117,6 +117,7 @@ def test_few_times_are_as_good_as_many():
     assert float(few.force_error.max()) < 1e-3
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", [SOLID, POWER], ids=["solid", "power"])
 def test_force_histories_within_their_estimate(law):
     """Loads up and down, one interval without contact; halved steps change the depth by less than is reported."""
@@ -162,6 +163,7 @@ def test_a_history_that_reloads_begins_like_one_that_does_not(law):
     assert np.allclose(whole.contact_depth[beyond], depth[beyond], rtol=1e-3)
 
 
+@pytest.mark.long
 def test_force_control_is_depth_control_read_the_other_way():
     t = np.linspace(0, 3, 1501)
     force = 1e-6 * np.interp(t, [0, 1, 2, 3], [0, 1, 1, 0.02])

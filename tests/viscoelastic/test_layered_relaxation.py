@@ -16,6 +16,7 @@ TIME = np.linspace(0, 5, 26)
 DEPTH = np.interp(TIME, [0, 1, 2, 3, 4, 5], [0, 2e-7, 2e-7, 0.5e-7, 1.8e-7, 0])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("tip", [TIP, fp.Cone(0.4), fp.Cylinder(1e-6)], ids=lambda tip: type(tip).__name__)
 def test_one_relaxation_of_all(tip):
     """On a rigid base it is the exact row of springs: loading, hold, unloading, loading again, loss of contact."""
@@ -29,6 +30,7 @@ def test_one_relaxation_of_all(tip):
     assert "equilibrium" in ours.attrs["relaxation"]
 
 
+@pytest.mark.long
 def test_springs_of_interfaces():
     """Elastic in a list, relaxing under one relaxation of the whole, which a note reports."""
     time, depth = [0.0, 1e-9, 1e9], np.full(3, 1e-7)
@@ -50,6 +52,7 @@ def test_springs_of_interfaces():
     assert "springs" not in fp.indent(GEL, TIP, depth=depth, time=time, relaxation=PSI).attrs["notes"]
 
 
+@pytest.mark.long
 def test_prescribed_force():
     force = np.interp(TIME, [0, 1, 5], [0, 1e-9, 1e-9])
     ours = fp.indent(GEL, TIP, force=force, time=TIME, relaxation=[PSI])
@@ -58,6 +61,7 @@ def test_prescribed_force():
     np.testing.assert_allclose(ours.force, force, rtol=1e-9, atol=1e-20)
 
 
+@pytest.mark.long
 def test_equal_layers_are_a_half_space():
     """The base relaxes as well."""
     body = fp.HalfSpace(5e3, 0.4)
@@ -67,6 +71,7 @@ def test_equal_layers_are_a_half_space():
     np.testing.assert_allclose(ours.force, theirs.force, rtol=0, atol=5e-4 * float(theirs.force.max()))
 
 
+@pytest.mark.long
 def test_first_and_last_moments():
     """A film on an elastic base: a sudden step is elastic with the first moduli, a long hold with the last ones."""
     time, depth = np.array([0.0, 1.0, 10.0, 400.0]), np.full(4, 2e-7)
@@ -77,6 +82,7 @@ def test_first_and_last_moments():
         assert float(found.radius[step]) == pytest.approx(float(elastic.radius[0]), rel=2e-3)
 
 
+@pytest.mark.long
 def test_flat_punch_in_the_laplace_plane():
     """s times the transform of the force under a sudden depth is the elastic stiffness with the moduli s psi(s): 0.01 %."""
     medium = fp.Medium([fp.Layer(5e3, 0.4, 2e-6), fp.Layer(50e3, 0.3, 1e-6)], fp.HalfSpace(20e3, 0.3))
@@ -97,6 +103,7 @@ def test_flat_punch_in_the_laplace_plane():
         assert transform == pytest.approx(depth * punch_stiffness(compliance(body), np.array([3e-6]))[0], rel=1e-4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("more", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_estimated_error(monkeypatch, more):
     """With twice or three times the rings and steps, and more retardation times, forces change by less than the estimate."""
@@ -129,6 +136,7 @@ def test_bad_input():
         fp.indent(FILM, TIP, depth=[1e-8, 1e-8], time=[1.0, 0.0], relaxation=[PSI, None])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("tip", "deepest"), [(fp.Sphere(5e-6), 1e-6), (fp.Cone(1.2), 3e-7)], ids=["sphere", "cone"])
 def test_estimated_error_at_every_step(monkeypatch, tip, deepest):
     """It holds at single steps too, where both solutions may agree by chance."""
@@ -147,6 +155,7 @@ def test_estimated_error_at_every_step(monkeypatch, tip, deepest):
     assert np.all(off <= found.force_error.values[some])
 
 
+@pytest.mark.long
 def test_rings_that_do_not_resolve_a_thin_incompressible_layer_are_not_valid():
     """A contact a hundred times wider than the layer: both solutions are wrong alike, and the elastic one tells."""
     layer = fp.Medium([fp.Layer(1e4, 0.5, 1e-6)], base=fp.RigidBase())

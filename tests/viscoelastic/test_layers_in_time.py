@@ -93,6 +93,7 @@ def in_time(film, relaxation, radius, time, depth):
     return pressure @ area
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("film", "relaxation", "corners"),
     [

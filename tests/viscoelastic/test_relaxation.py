@@ -82,6 +82,7 @@ def test_prony_is_normalised_by_the_instantaneous_modulus():
     assert np.allclose(solid(t), 0.4 + 0.6 * np.exp(-t / 2.0), rtol=1e-15)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("make", "message"),
     [
