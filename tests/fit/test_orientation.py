@@ -52,8 +52,12 @@ def test_a_retract_longer_than_the_approach_is_none():
             modulus(alone.turned(*signs))
 
 
-@pytest.mark.parametrize("nose", [False, True])
-@pytest.mark.parametrize("segments", [False, True])
+_FITTED_ON = pytest.mark.xfail(strict=True, reason="thirty readings of the hold are fitted: the modulus is .7 % low")
+
+
+@pytest.mark.parametrize(
+    ("segments", "nose"), [(True, False), (True, True), (False, True), pytest.param(False, False, marks=_FITTED_ON)]
+)
 def test_a_load_ramp_ends_where_the_load_stops_growing(nose, segments):
     """Creep of 6 % at the held load is no approach; taken for one it moves the modulus by several per cent."""
     top = hertz(np.array([1e-6]))[0]
@@ -71,7 +75,7 @@ def test_a_load_ramp_ends_where_the_load_stops_growing(nose, segments):
     curve = noisy(*map(np.concatenate, zip(*parts, strict=True)), segment=number if segments else None)
     ratio, found = modulus(curve)
     # by the segments of the file, or where the model ceases to describe the force by more than it may be off
-    assert ratio == pytest.approx(1, rel=0.005 if segments else 0.01)
+    assert ratio == pytest.approx(1, rel=0.005)
     assert found.used.size <= 1003 + 30 * (not segments)
 
 

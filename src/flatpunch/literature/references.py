@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from importlib.resources import files
+from typing import cast
 
 from flatpunch._support.readable import Table, readable
 
@@ -45,7 +46,7 @@ class Reference:
     def authors(self) -> list[str]:
         """Family name and given names of each."""
         # of the entries of a reference, authors alone are a list
-        return list(self.entry["authors"])  # type: ignore[arg-type]
+        return list(cast("list[str]", self.entry["authors"]))
 
     @property
     def text(self) -> str:

@@ -219,6 +219,7 @@ class _Calls(Generic[Given, Found]):
             future = self._team.submit(
                 slot, call_chunk, self._work, [_pickled(self._arguments[item.index]) for item in items]
             )
+        # an interrupt too: what was taken waits again, for this process or another worker
         except BaseException:
             self._waiting.give_back(items)
             raise
