@@ -105,7 +105,7 @@ wheel: $(VENV)/.installed-dev  ## Build sdist and wheel, follow README in an env
 	rm -rf $(OTHER)/sdist && mkdir $(OTHER)/sdist && tar -xzf $(OTHER)/dist/*.tar.gz -C $(OTHER)/sdist --strip-components 1
 	$(UV) pip install --quiet --python $(OTHER)/wheel pytest pytest-benchmark hypothesis
 	cd $(OTHER)/sdist && ../wheel/bin/python -m pytest -q -m 'not slow' tests/test_lazy_import.py tests/adhesion/test_jkr_closed_forms.py \
-		tests/files/test_cite.py tests/fit/test_unloading.py
+		tests/files/test_cite.py tests/fits/test_unloading.py
 
 tutorial: $(VENV)/.installed-dev  ## Follow README, tutorial and pages literally, in an environment made as the tutorial says
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/tutorial

@@ -197,7 +197,7 @@ def residual(shape: str, pressure: np.ndarray) -> float:
 def half_space(n: int):
     from flatpunch import media
     from flatpunch.bem import Grid
-    from flatpunch.compliance import compliance
+    from flatpunch.compliances import compliance
 
     return compliance(media.HalfSpace(1.0, 0.0)), Grid(n, n, SIDE / n)
 

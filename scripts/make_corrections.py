@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.power_law_series import power_expansion
 from flatpunch.contact.refined.refinement import Refinement
 from flatpunch.contact.refined.table import ANGLES, layer, reference_outline, sector

@@ -1,6 +1,7 @@
 """The path of the physics is the path of the imports: a room imports only from the rooms below it."""
 
 import ast
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -10,14 +11,14 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "flatpunch"
 _FLOORS = [
     {"_version", "_support", "reference"},
     {"numerics", "media", "parallel", "surfaces"},
-    {"compliance", "indenters"},
+    {"compliances", "indenters"},
     {"punch", "bem"},
     {"contact", "atlas", "kernels"},
-    {"fields", "rough"},
-    {"sensitivity"},
-    {"design"},
+    {"stresses", "rough"},
+    {"sensitivities"},
+    {"designs"},
     {"files", "plots"},
-    {"sweeps", "fit"},
+    {"sweeps", "fits"},
     {"app", "literature", "plugins"},
     {"cli", "__main__"},
 ]
@@ -51,16 +52,16 @@ _INSIDE = {
         {"default"},
         {"result"},
         {"histories"},
-        {"indent"},
+        {"indentation"},
         {"__init__"},
     ],
-    "fields": [
+    "stresses": [
         {"bodies", "invariants", "loads", "rectangle"},
         {"axisymmetric"},
         {"cells"},
         {"sources"},
         {"contact_sources"},
-        {"fields", "energy"},
+        {"points", "energy"},
         {"failure"},
         {"peaks"},
         {"__init__"},
@@ -77,7 +78,7 @@ _INSIDE = {
         {"server"},
         {"__init__"},
     ],
-    "fit": [
+    "fits": [
         {"measured"},
         {"parameters"},
         {"least_squares"},
@@ -167,10 +168,10 @@ def test_import_directions(module):
 
 
 def test_what_curves_are_knows_no_formats():
-    """Readers of files, `fit/measured/files`, are above the rest of their room."""
+    """Readers of files, `fits/measured/files`, are above the rest of their room."""
     for module in MODULES:
-        if module.startswith("fit.measured") and not module.startswith("fit.measured.files"):
-            above = [name for name, _ in _imported(module) if name.startswith("fit.measured.files")]
+        if module.startswith("fits.measured") and not module.startswith("fits.measured.files"):
+            above = [name for name, _ in _imported(module) if name.startswith("fits.measured.files")]
             assert not above, f"{module} imports {above}"
 
 
@@ -213,7 +214,7 @@ def test_reference_uses_numpy_and_scipy_only(module):
 
 
 @pytest.mark.parametrize(
-    "package", ["numerics", "media", "compliance", "punch", "indenters", "bem", "contact", "fields"]
+    "package", ["numerics", "media", "compliances", "punch", "indenters", "bem", "contact", "stresses"]
 )
 def test_mechanics_knows_no_files_and_pictures(package):
     """Units with names, file formats, pictures and terminals stay outside."""
@@ -226,3 +227,17 @@ def test_mechanics_knows_no_files_and_pictures(package):
             names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
             found = {name.split(".")[0] for name in names} & outside
             assert not found, f"{path.name} imports {found}"
+
+
+def test_no_module_hides_behind_a_name_of_its_room():
+    """`import flatpunch.fits.elastic.problem as problem` works for every module: none has the name of a public function."""
+    hidden = []
+    for module in sorted(name for name in MODULES if not name.endswith("__")):
+        room, _, name = f"flatpunch.{module}".rpartition(".")
+        try:
+            loaded = import_module(f"flatpunch.{module}")
+        except ModuleNotFoundError:  # a plug-in for a program that is not installed
+            assert module.startswith("plugins.")
+        else:
+            hidden += [module] * (getattr(import_module(room), name) is not loaded)
+    assert hidden == []

@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from types import FunctionType, ModuleType
+from types import ModuleType
 
 import pytest
 
@@ -81,23 +81,13 @@ def test_a_round_contact_loads_nothing_of_scipy():
     loaded = run(f"{code}; {layered}; print(*sorted(sys.modules))")
     parts = ("special", "fft", "linalg", "interpolate", "integrate", "optimize", "sparse")
     assert not {f"scipy.{name}" for name in parts} & set(loaded)
-    rooms = ("bem", "fields", "files", "fit", "plots", "indenters.worn", "contact.refined", "contact.adhesion")
+    rooms = ("bem", "stresses", "files", "fits", "plots", "indenters.worn", "contact.refined", "contact.adhesion")
     assert not {f"flatpunch.{name}" for name in rooms} & set(loaded)
 
 
 @pytest.mark.parametrize("name", fp.__all__)
 def test_every_name_is_there(name):
     assert getattr(fp, name) is not None
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", ["compliance", "fit"])
-@pytest.mark.parametrize("first", ["import flatpunch.{0}", "from flatpunch.{0} import {0}", "flatpunch.{0}"])
-def test_functions_named_like_a_part_stay_functions(name, first):
-    """Whatever is imported first, and although importing a part binds its name in the package."""
-    code = f"import flatpunch; {first.format(name)}; import flatpunch.{name} as again; print(type(flatpunch.{name}).__name__)"
-    assert run(code) == ["function"]
-    assert isinstance(getattr(fp, name), FunctionType)
 
 
 def test_parts_are_modules():
@@ -118,5 +108,5 @@ def test_the_command_line_is_there_without_physics():
 @pytest.mark.long
 @pytest.mark.parametrize("name", ["unloading", "oliver_pharr"])
 def test_functions_of_a_part_named_like_its_modules(name):
-    code = f"import sys, flatpunch.fit.films.{name}; print(type(sys.modules['flatpunch.fit'].{name}).__name__)"
+    code = f"import sys, flatpunch.fits.films.{name}; print(type(sys.modules['flatpunch.fits'].{name}).__name__)"
     assert run(code) == ["function"]

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.fit import Tip
+from flatpunch.fits import Tip
 
 HERE = Path(__file__).parent
 GLASS = fp.RigidBase()

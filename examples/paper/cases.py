@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.indenters import EllipticParaboloid, Pyramid
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase

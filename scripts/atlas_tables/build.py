@@ -22,7 +22,7 @@ from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.atlas import Table
 from flatpunch.atlas.panel import Panel, SparseSeries
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.parallel import solve_points
 from flatpunch.punch.matrix import sufficient_terms
 

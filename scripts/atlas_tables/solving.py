@@ -8,7 +8,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, Indices, values
 from flatpunch._support.paths import Plain
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.numerics.chebyshev import nodal_transform, nodes
 from flatpunch.punch.basis import power_edge, power_moments
 from flatpunch.punch.family import check_resolution

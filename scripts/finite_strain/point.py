@@ -16,7 +16,7 @@ from finite_strain.laws import Law
 from finite_strain.mesh import cone_mesh, mesh
 from finite_strain.solver import Body
 from finite_strain.tips import RoundedCone, Tip
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control
 from flatpunch.indenters import Indenter
 

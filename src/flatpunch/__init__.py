@@ -10,5 +10,5 @@ from flatpunch._support.lazy import names_of
 __getattr__, __dir__, __all__ = names_of(
     __name__,
     __file__,
-    moved={"CriticalLoad": ("flatpunch.fields", "1.0", "2.0"), "Design": ("flatpunch.design", "1.0", "2.0")},
+    moved={"CriticalLoad": ("flatpunch.stresses", "1.0", "2.0"), "Design": ("flatpunch.designs", "1.0", "2.0")},
 )

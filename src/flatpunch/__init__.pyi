@@ -3,12 +3,13 @@
 from . import atlas as atlas
 from . import bem as bem
 from . import files as files
+from . import fits as fits
 from . import indenters as indenters
 from . import kernels as kernels
 from . import media as media
 from ._support.checks import FlatpunchWarning
 from ._version import __version__
-from .compliance import compliance
+from .compliances import compliance
 from .contact import (
     BoundaryElements,
     Exact,
@@ -21,19 +22,9 @@ from .contact import (
     pressure,
     pull_off,
 )
-from .design import LargestLoad, Limit, Target, design
-from .fields import (
-    DiscLoad,
-    PatchLoad,
-    Strength,
-    critical_load,
-    critical_loads,
-    energy_by_depth,
-    fields,
-    peak_stresses,
-)
+from .designs import LargestLoad, Limit, Target, design
 from .files import load, read_case, read_height_map, read_topography, save
-from .fit import (
+from .fits import (
     Curve,
     CurveError,
     Free,
@@ -109,7 +100,17 @@ from .plots.rough import plot_rough
 from .plots.sensitivity import plot_sensitivity
 from .punch import flat_punch
 from .rough import asperities, full_contact, rough_contact, rough_theories
-from .sensitivity import sensitivity
+from .sensitivities import sensitivity
+from .stresses import (
+    DiscLoad,
+    PatchLoad,
+    Strength,
+    critical_load,
+    critical_loads,
+    energy_by_depth,
+    fields,
+    peak_stresses,
+)
 from .surfaces import Topography, self_affine
 from .sweeps import sweep
 
@@ -192,6 +193,7 @@ __all__ = [
     "fit",
     "fit_batch",
     "fit_together",
+    "fits",
     "flat_punch",
     "full_contact",
     "homogenised",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.adhesion.branch import stiffness_growth
 from flatpunch.contact.adhesion.case import adhesive_case
 from support.fredholm import CASES, pull_off

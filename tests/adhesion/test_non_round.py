@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import stability, steady_radius

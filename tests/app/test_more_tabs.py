@@ -17,7 +17,7 @@ from flatpunch.app.page import start
 from flatpunch.app.tabs import TABS
 from flatpunch.cli.app import app
 from flatpunch.files import load
-from flatpunch.fit.models import forget_models
+from flatpunch.fits.models import forget_models
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

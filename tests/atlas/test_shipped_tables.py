@@ -11,7 +11,7 @@ import flatpunch as fp
 from atlas_tables import FAMILIES
 from flatpunch import atlas
 from flatpunch.atlas.library import folder, identify
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation, round_base
 from flatpunch.punch.edges import edges_of
 from flatpunch.punch.matrix import solve_round, sufficient_terms

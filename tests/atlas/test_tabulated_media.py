@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import atlas
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 GEL = fp.Medium([fp.Layer(young=5e3, poisson=0.48, thickness=2e-6)], base=fp.RigidBase())
 FILM = fp.Medium([fp.Layer(young=3e9, poisson=0.35, thickness=1e-6)], base=fp.HalfSpace(young=7e10, poisson=0.22))

@@ -11,7 +11,7 @@ from scipy.special import ellipe, ellipk
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.boundary_elements.error import extrapolated, own_error
 
 THIN = fp.Medium([fp.Layer(1.0, 0.5, 1.0)], base=fp.RigidBase())

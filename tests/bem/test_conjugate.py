@@ -9,7 +9,7 @@ from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.bem.solver import conjugate
 from flatpunch.bem.solver.conjugate import preconditioner, remove_gap
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
 DRAINED = compliance(media.Medium([media.Layer(1e6, 0.5, 1 / 3)], media.RigidBase()))

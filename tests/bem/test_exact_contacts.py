@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 from flatpunch import indenters, media
 from flatpunch.bem import Grid, solve
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.reference import elliptic, half_space, power_law
 from support import exact_contacts as exact
 

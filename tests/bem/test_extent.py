@@ -9,7 +9,7 @@ from flatpunch import indenters, media
 from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve
 from flatpunch.bem.bounding_box import Extent, find_extent
 from flatpunch.bem.height import IndenterHeight
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
 SOFT_THIN = compliance(media.Medium([media.Layer(1e6, 0.5, 1e-7)], media.RigidBase()))

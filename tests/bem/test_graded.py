@@ -9,7 +9,7 @@ from flatpunch import indenters, media
 from flatpunch.bem import solve
 from flatpunch.bem.operator.influence import influence_coefficients, love_coefficients
 from flatpunch.bem.operator.radial import remainder_table, short_wave_remainder
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact import indent
 from flatpunch.reference import elliptic, power_law
 from support import exact_contacts as exact

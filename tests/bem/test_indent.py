@@ -8,7 +8,7 @@ import pytest
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch._support.checks import FlatpunchWarning
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.reference import elliptic
 
 COATED = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))

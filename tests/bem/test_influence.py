@@ -10,7 +10,7 @@ from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.bem.operator.influence import influence_coefficients, love_coefficients, near_averages, near_rule
 from flatpunch.bem.operator.radial import remainder_table
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 
 RIGID = media.RigidBase()
 

@@ -9,7 +9,7 @@ from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.bem.solver import levels
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import solve_depth, solve_force, solve_stiffness
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 FILM = compliance(media.Medium([media.Layer(50.0, 0.3, 1.0)], media.HalfSpace(1.0, 0.3)))
 POWER_LAW = compliance(media.PowerLawHalfSpace(1.0, 1.0, 0.3, 0.3))

@@ -12,7 +12,7 @@ from flatpunch.bem.operator.convolution import BYTES_PER_CELL, build_operator, c
 from flatpunch.bem.operator.influence import influence_coefficients
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import solve_depth, solve_force
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 SOFT = compliance(media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()))
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))

@@ -6,7 +6,7 @@ import pytest
 from flatpunch import indenters, media
 from flatpunch.bem import Grid, solve, trace_outline
 from flatpunch.bem.outline import EXCESS, covered, ray_lengths, rim_along
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
 

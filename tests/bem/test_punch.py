@@ -8,7 +8,7 @@ import pytest
 from flatpunch import indenters, media
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch.bem import Grid, solve, solve_punch
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.punch import flat_punch
 
 BODY = media.HalfSpace(1e9, 0.3)

@@ -9,7 +9,7 @@ from flatpunch.bem import Grid, solve
 from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import solve_depth, solve_force
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))
 

@@ -9,7 +9,7 @@ from flatpunch.bem import Grid, solve
 from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.bem.solver import active_set as solver
 from flatpunch.bem.solver.conjugate import remove_gap
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 FILM = compliance(media.Medium([media.Layer(50.0, 0.3, 1.0)], media.HalfSpace(1.0, 0.3)))
 PYRAMID = indenters.Pyramid(3, 0.35)

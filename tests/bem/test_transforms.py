@@ -12,7 +12,7 @@ from flatpunch import media
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator import transforms
 from flatpunch.bem.operator.convolution import build_operator
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 SOFT = compliance(media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()))
 

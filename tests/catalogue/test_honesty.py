@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.perturbation.fourth_order import BlendedExpansion
 from flatpunch.contact.perturbation.series_method import controlled

@@ -7,7 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch._support.checks import Array
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.radius_search import Quantity, radius_for
 from flatpunch.contact.round.round_contact import RoundContact, round_contact

@@ -7,7 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 from flatpunch.reference import elliptic

@@ -18,7 +18,7 @@ NAMES = re.findall(r"^   ([\w.]+)$", REFERENCE, re.MULTILINE)
 
 
 def found(name):
-    """A public object by its name in the API reference: "indent", "fit.FitResult", the module "reference.layers"."""
+    """A public object by its name in the API reference: "indent", "fits.FitResult", the module "reference.layers"."""
     if name.startswith("reference."):
         return import_module(f"flatpunch.{name}")
     part, _, rest = name.rpartition(".")

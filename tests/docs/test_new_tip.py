@@ -19,7 +19,7 @@ import scipy
 import flatpunch as fp
 from flatpunch.app.plain import case_of
 from flatpunch.app.tables import page_tables
-from flatpunch.files.describe import words
+from flatpunch.files.descriptions import words
 
 tip = fp.indenters.Ogive(radius=20e-6, inclination=0.3)
 half = fp.HalfSpace(young=1e9, poisson=0.3)

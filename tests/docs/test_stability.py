@@ -56,7 +56,7 @@ def test_deprecated_functions_classes_and_keywords_warn():
         assert (old.__name__, old.__doc__) == ("old", "Doc.")
 
 
-@pytest.mark.parametrize(("name", "room"), [("CriticalLoad", "fields"), ("Design", "design")])
+@pytest.mark.parametrize(("name", "room"), [("CriticalLoad", "stresses"), ("Design", "designs")])
 def test_moved_names_warn_and_are_the_same(name, room):
     with pytest.warns(DeprecationWarning, match=f"use flatpunch.{room}.{name}") as met:
         old = getattr(fp, name)

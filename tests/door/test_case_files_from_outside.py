@@ -9,7 +9,7 @@ import pytest
 
 from flatpunch.files import Case, CaseError, read_case
 from flatpunch.files.cases import is_fit_case
-from flatpunch.fit.case import FitCase, read_fit_case
+from flatpunch.fits.case import FitCase, read_fit_case
 from support import case_mutations
 from support.platforms import PIPES
 

@@ -245,7 +245,7 @@ def test_names_that_are_too_long_are_no_files(tmp_path):
 
 def test_a_full_disk_costs_no_fit(tmp_path, monkeypatch):
     """Records of finished curves only serve the next run."""
-    from flatpunch.fit.places import Records
+    from flatpunch.fits.places import Records
 
     def full(*_):
         raise OSError(28, "No space left on device")

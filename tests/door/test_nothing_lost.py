@@ -20,7 +20,7 @@ from flatpunch._support.whole_file import sealed, write_whole
 from flatpunch.atlas.library import folder as shipped_tables
 from flatpunch.cli.app import app
 from flatpunch.cli.terminal import outputs_of
-from flatpunch.fit.places import Records
+from flatpunch.fits.places import Records
 from support.platforms import PIPES
 
 BODY = """

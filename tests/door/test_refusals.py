@@ -8,7 +8,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.bem import NotConverged
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.refined.refinement import Refinement, refinement
 
 

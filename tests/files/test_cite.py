@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.fit import Tip, fit_film
+from flatpunch.fits import Tip, fit_film
 from flatpunch.literature import bibliography
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from flatpunch.app.form import form_of
 from flatpunch.app.jobs.press import press, pressure_map
 from flatpunch.cli.app import app
 from flatpunch.files import CaseError, describe
-from flatpunch.fit.case import read_fit_case
+from flatpunch.fits.case import read_fit_case
 
 LAYER = """
 [[layers]]

@@ -16,8 +16,8 @@ import xarray as xr
 import flatpunch as fp
 from flatpunch import kernels
 from flatpunch.app.sketch import sketch
-from flatpunch.compliance.uniform import uniform_compliance
-from flatpunch.files.describe import describe_bodies
+from flatpunch.compliances.uniform import uniform_compliance
+from flatpunch.files.descriptions import describe_bodies
 from flatpunch.media.paths import value_of, with_values
 from support.rubber import RubberLayer
 
@@ -244,7 +244,7 @@ def test_pictures_and_description() -> None:
     strict=True, reason="fits name their numbers in a list of their own: a declaration gives the role of each"
 )
 def test_fit_of_its_own_number() -> None:
-    assert "layers[0].shear" in fp.fit.parameter_names(gel(RubberLayer), TIP)
+    assert "layers[0].shear" in fp.fits.parameter_names(gel(RubberLayer), TIP)
 
 
 @pytest.mark.xfail(

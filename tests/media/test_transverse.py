@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.files.cases import CaseError
-from flatpunch.fit import ForwardModel
+from flatpunch.fits import ForwardModel
 from flatpunch.media import paths
 from flatpunch.media.plane import Plane, plane_slopes
 from support.propagators import random_material

@@ -12,7 +12,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.refined.refinement import refinement
 from flatpunch.parallel.pool import MOST, shared_out
 from flatpunch.parallel.worker import dismiss

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.general_series import GeneralExpansion
 from flatpunch.indenters import Rounded, Truncated
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
-from flatpunch.compliance.power_law import stiffness_factor
+from flatpunch.compliances import compliance
+from flatpunch.compliances.power_law import stiffness_factor
 from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.radius_search import radius_for

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.fourth_order import BlendedExpansion
 
 CASES = {

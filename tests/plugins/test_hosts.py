@@ -5,7 +5,7 @@ import ast
 import pytest
 
 from flatpunch.files import shipped_cases
-from flatpunch.fit.case import read_fit_case
+from flatpunch.fits.case import read_fit_case
 from flatpunch.plugins.hosts import HOSTS, write_plugin
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.fit import Tip, fit_film, oliver_pharr
+from flatpunch.fits import Tip, fit_film, oliver_pharr
 
 pytestmark = pytest.mark.filterwarnings("ignore")  # the host's own
 FILM = fp.Medium([fp.Layer(20e9, 0.25, 1e-6)], fp.HalfSpace(130e9, 0.28))

@@ -5,7 +5,7 @@ import importlib.util
 import numpy as np
 import pytest
 
-from flatpunch.fit import ForwardModel, fit, read_curve
+from flatpunch.fits import ForwardModel, fit, read_curve
 from flatpunch.indenters import Cone, EllipticParaboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.plugins.nanite import write_nanite_model

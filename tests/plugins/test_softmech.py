@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.fit import ForwardModel
+from flatpunch.fits import ForwardModel
 from flatpunch.plugins.softmech import write_softmech_model
 
 GEL = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], fp.RigidBase())

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flatpunch.compliance import Kernel, compliance
-from flatpunch.compliance.kernel import _series
+from flatpunch.compliances import Kernel, compliance
+from flatpunch.compliances.kernel import _series
 from flatpunch.media import (
     ExponentialModulus,
     GradedLayer,

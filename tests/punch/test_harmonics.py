@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.punch import punch_family
 from flatpunch.punch.harmonics import Edges, harmonic_size, solve_edges
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
-from flatpunch.compliance.response import layered_response
+from flatpunch.compliances import compliance
+from flatpunch.compliances.response import layered_response
 from flatpunch.punch import matrix
 from flatpunch.punch.harmonics import solve_edges
 from flatpunch.punch.wavenumbers import bessel_table

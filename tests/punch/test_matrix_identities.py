@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flatpunch.compliance import Kernel, compliance
-from flatpunch.compliance.interpolant import interpolate
+from flatpunch.compliances import Kernel, compliance
+from flatpunch.compliances.interpolant import interpolate
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.punch.basis import (
     edge_signs,

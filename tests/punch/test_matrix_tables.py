@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.punch.basis import power_edge, power_moments, regular_part
 from flatpunch.punch.matrix import solve_round, sufficient_terms

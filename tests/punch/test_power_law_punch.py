@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.special import gamma, jv
 
-from flatpunch.compliance import compliance
-from flatpunch.compliance.power_law import power_law_constant, stiffness_factor
+from flatpunch.compliances import compliance
+from flatpunch.compliances.power_law import power_law_constant, stiffness_factor
 from flatpunch.media import GradedLayer, HalfSpace, Medium, PowerLawHalfSpace, PowerModulus
 from flatpunch.punch import basis, flat_punch
 from flatpunch.punch.power_law import power_law_punch

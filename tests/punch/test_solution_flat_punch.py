@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.punch import matrix, wavenumbers
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 

@@ -13,7 +13,7 @@ import pytest
 from scipy.linalg import expm, schur
 
 import flatpunch as fp
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.punch.family import PunchFamily
 
 THICKNESS = 2e-6

@@ -7,7 +7,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.boundary_elements.expected_box import boxes_around, boxes_between, level_line, outgrown
 from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.reference import RoundReference

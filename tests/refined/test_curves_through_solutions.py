@@ -10,7 +10,7 @@ from threadpoolctl import threadpool_info
 import flatpunch as fp
 from flatpunch import bem
 from flatpunch.bem.resources import fitting_threads
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.second_order import expansion_of
 from flatpunch.contact.refined.interpolation import Interpolation, settled
 from flatpunch.contact.refined.reference import RoundReference

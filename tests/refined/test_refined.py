@@ -9,7 +9,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.refinement import refinement
 from flatpunch.indenters import Rounded

@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 HALF_SPACE = fp.HalfSpace(1.0, 0.3)
 MEDIA = {

@@ -9,7 +9,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact import default_choice, default_method
 from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.table import FORCE_ERROR, layer, tabulated_rows

@@ -21,7 +21,7 @@ import numpy as np
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.boundary_elements.expected_box import outgrown
 from flatpunch.contact.boundary_elements.outlines import traced
 from flatpunch.contact.refined.refinement import refinement

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters import Ellipsoid, Rounded, Superellipse, Truncated

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.punch.basis import power_edge, power_moments
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from flatpunch.contact import indent
-from flatpunch.fit import Curve
+from flatpunch.fits import Curve
 from flatpunch.indenters import Cone, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from flatpunch.contact import indent, pull_off
-from flatpunch.fit import Curve
+from flatpunch.fits import Curve
 from flatpunch.indenters import Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, PowerLawRelaxation, RigidBase, StandardLinearSolid
 
@@ -84,7 +84,7 @@ KINDS = {
 
 def truth(kind: Kind) -> dict[str, float]:
     """True values of what is free."""
-    from flatpunch.fit import Sample
+    from flatpunch.fits import Sample
 
     sample = Sample(kind.truth, kind.tip, kind.more.get("work_of_adhesion"), None, kind.more.get("relaxation"))
     return {name: sample.value(name) for name in kind.free}

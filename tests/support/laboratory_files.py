@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from openpyxl import Workbook
 
-from flatpunch.fit.films.oliver_pharr import DIAMOND
+from flatpunch.fits.films.oliver_pharr import DIAMOND
 
 CASE = """
 [base]

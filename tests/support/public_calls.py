@@ -5,8 +5,8 @@ from matplotlib.figure import Figure
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.fit import Sample, Settings, Tip, oliver_pharr
-from flatpunch.fit.films.oliver_pharr import DIAMOND
+from flatpunch.fits import Sample, Settings, Tip, oliver_pharr
+from flatpunch.fits.films.oliver_pharr import DIAMOND
 
 LAYER = fp.Layer(5e3, 0.45, 2e-6)
 GEL = fp.Medium([LAYER], fp.RigidBase())

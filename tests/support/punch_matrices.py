@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.punch.basis import half_space_diagonal
 from flatpunch.punch.graded import graded_matrices
 from flatpunch.punch.matrix import remainder_rule

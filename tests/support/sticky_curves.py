@@ -3,7 +3,7 @@
 import numpy as np
 
 from flatpunch.contact import indent, pull_off
-from flatpunch.fit import Curve
+from flatpunch.fits import Curve
 
 
 def sticky(medium, tip, work, deepest, *, spring=None, noise=0.01, seed=1, points=400, contact=30e-9):

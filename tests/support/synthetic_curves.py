@@ -3,7 +3,7 @@
 import numpy as np
 
 from flatpunch.contact import indent
-from flatpunch.fit import Curve
+from flatpunch.fits import Curve
 
 
 def synthetic(medium, indenter, deepest, *, noise=0.01, seed=1, points=500, contact=0.0, baseline=0.0, method=None):

@@ -12,7 +12,7 @@ import flatpunch as fp
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.bem.solver.active_set import solve_contact
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 
 CELLS, STEPS = 64, 48
 LAW = fp.StandardLinearSolid(0.3, 0.4)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.viscoelastic.depth_history import followed
 from flatpunch.contact.viscoelastic.elastic import elastic_curve

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.viscoelastic import layered
 

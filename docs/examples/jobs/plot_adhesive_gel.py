@@ -12,7 +12,7 @@ On the command line: ``flatpunch fit examples/fit/sticky_gel.csv examples/fit/st
 import matplotlib.pyplot as plt
 
 import flatpunch as fp
-from flatpunch.fit import read_fit_case
+from flatpunch.fits import read_fit_case
 
 shipped = fp.files.shipped_cases()[0].parent / "fit"
 case = read_fit_case(shipped / "sticky_gel.toml")

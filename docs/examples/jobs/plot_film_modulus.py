@@ -13,7 +13,7 @@ On the command line: ``flatpunch fit-film examples/fit/hard_film.csv examples/fi
 import matplotlib.pyplot as plt
 
 import flatpunch as fp
-from flatpunch.fit import Tip, fit_film, tenth_rule
+from flatpunch.fits import Tip, fit_film, tenth_rule
 
 shipped = fp.files.shipped_cases()[0].parent / "fit"
 test = fp.read_curve(shipped / "hard_film.csv")

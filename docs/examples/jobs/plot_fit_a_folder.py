@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.fit import read_fit_case
+from flatpunch.fits import read_fit_case
 
 shipped = fp.files.shipped_cases()[0].parent / "fit"
 case = read_fit_case(shipped / "thin_gel.toml")

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.fit.half_space import published
+from flatpunch.fits.half_space import published
 
 NU = 0.3
 FORMULAS = {

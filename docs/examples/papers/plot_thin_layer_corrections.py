@@ -15,7 +15,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.fit.half_space import published
+from flatpunch.fits.half_space import published
 
 # %%
 # The published formulas, incompressible sample bonded to a rigid base. x is sqrt(R d)/h for paraboloids and d

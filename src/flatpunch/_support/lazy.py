@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Mapping
 from importlib import import_module
-from types import ModuleType
 
 import lazy_loader
 
@@ -18,15 +16,8 @@ def names_of(
     """Return __getattr__, __dir__ and __all__ of a package, whose stub (.pyi) beside the file says where names come from.
 
     Names that were moved warn: by name the package that has them now, the version of the move, and the one in which they go.
-
-    A function stays what its name means in the package when the module of the same name is loaded, which Python would bind there.
     """
     found, listed, names = lazy_loader.attach_stub(package, file)
-
-    class Package(ModuleType):
-        def __setattr__(self, name: str, value: object) -> None:
-            if not (name in names and isinstance(value, ModuleType)):
-                super().__setattr__(name, value)
 
     def found_or_moved(name: str) -> object:
         if name not in (moved or {}):
@@ -35,5 +26,4 @@ def names_of(
         warn_old(f"{package}.{name}", since, gone, f"{room}.{name}", stacklevel=3)
         return getattr(import_module(room), name)
 
-    sys.modules[package].__class__ = Package
     return found_or_moved, listed, names

@@ -62,7 +62,7 @@ fp.save(curve, "{stem}.csv")
             "fit:fit_file",
             """\
 import flatpunch as fp
-from flatpunch.fit.case import read_fit_case
+from flatpunch.fits.case import read_fit_case
 
 case = read_fit_case("{stem}.toml")
 found = fp.fit(fp.read_curve("{curve}", **case.reading), case.medium, case.indenter, case.free, **case.arguments)
@@ -72,7 +72,7 @@ print(found.summary())
             {
                 "all": """\
 import flatpunch as fp
-from flatpunch.fit.case import read_fit_case
+from flatpunch.fits.case import read_fit_case
 
 case = read_fit_case("{stem}.toml")
 how = {{**case.arguments, "quick": True, "reading": case.reading}}
@@ -88,7 +88,7 @@ fp.fit_batch(["{curve}"], case.medium, case.indenter, case.free, **how).save("{s
             "correct:correct_file",
             """\
 import flatpunch as fp
-from flatpunch.fit.case import read_fit_case
+from flatpunch.fits.case import read_fit_case
 
 case = read_fit_case("{stem}.toml")
 found = fp.correct(medium=case.medium, indenter=case.indenter, method=case.settings.method, **case.correct)
@@ -124,7 +124,7 @@ print(study["critical_force"].isel(step=0))
             "compare:compare_file",
             """\
 import flatpunch as fp
-from flatpunch.fit.half_space.formulas import compare_case
+from flatpunch.fits.half_space.formulas import compare_case
 
 found = compare_case(fp.read_case("{stem}.toml"))
 fp.save(found, "{stem}.nc")

@@ -7,6 +7,6 @@ folder `scripts/atlas_tables` of the repository.
 
 from flatpunch.atlas.library import AtlasFileError, dundurs, families, read_table, tabulated
 from flatpunch.atlas.library import find_table as table
-from flatpunch.atlas.table import Solution, Table
+from flatpunch.atlas.tables import Solution, Table
 
 __all__ = ["AtlasFileError", "Solution", "Table", "dundurs", "families", "read_table", "table", "tabulated"]

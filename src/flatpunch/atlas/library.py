@@ -21,9 +21,9 @@ from flatpunch._support.kinds import one_of
 from flatpunch._support.reading import Unreadable, content, is_file, is_folder, shown_path
 from flatpunch._support.whole_file import BrokenSeal, unsealed
 from flatpunch.atlas.panel import Panel, Parameter, PowerLawPanel, Scale, SparseSeries
-from flatpunch.atlas.table import Outside, Solution, Table
-from flatpunch.compliance import compliance
-from flatpunch.compliance.layered import constants_of
+from flatpunch.atlas.tables import Outside, Solution, Table
+from flatpunch.compliances import compliance
+from flatpunch.compliances.layered import constants_of
 from flatpunch.media import Body, ExponentialModulus, GradedLayer, LinearModulus, Material, TabulatedMedium
 from flatpunch.media.material import young_and_poisson
 from flatpunch.punch.matrix import solve_round, sufficient_terms

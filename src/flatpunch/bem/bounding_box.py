@@ -12,7 +12,7 @@ from flatpunch.bem.grid import Grid, Mask
 from flatpunch.bem.height import Height
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Rough, solve_depth, solve_force
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 
 SETTLED = 0.1
 """Relative change of the box below which it is accepted; with half, narrow contacts take one grid more."""

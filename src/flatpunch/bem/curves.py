@@ -31,7 +31,7 @@ from flatpunch.bem.solution import Solution, check_tolerance, solution_of
 from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 

@@ -15,7 +15,7 @@ from flatpunch.bem.resources import announced
 from flatpunch.bem.solution import Solution, check_tolerance, not_converged, warned
 from flatpunch.bem.solver.active_set import adhering
 from flatpunch.bem.solver.levels import Levels, mirror_axes
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 
 
 def solve_punch(

@@ -81,7 +81,7 @@ def check(case: CaseFile) -> None:
     """
     from flatpunch.files import describe, read_case
     from flatpunch.files.cases import is_fit_case
-    from flatpunch.fit.case import describe_fit, read_fit_case
+    from flatpunch.fits.case import describe_fit, read_fit_case
 
     lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
     for line in lines:
@@ -102,7 +102,7 @@ def demo(
     """
     from flatpunch._support.whole_file import made_folder
     from flatpunch.files import read_case, shipped_cases
-    from flatpunch.files.describe import shipped_beside
+    from flatpunch.files.descriptions import shipped_beside
 
     for folder in ("fit", "rough"):
         made_folder("--output", output / folder)

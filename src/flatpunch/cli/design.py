@@ -24,7 +24,7 @@ from flatpunch.cli.terminal import (
 
 if TYPE_CHECKING:
     from flatpunch.contact import Method
-    from flatpunch.design import Design
+    from flatpunch.designs import Design
     from flatpunch.files import Case
 
 
@@ -39,7 +39,7 @@ def design(
 
     A force, depth, stiffness or contact radius, at one load or along a curve; or the largest load before failure.
     """
-    from flatpunch.design import design
+    from flatpunch.designs import design
     from flatpunch.files import read_case
 
     read = read_case(case)
@@ -82,7 +82,7 @@ def _table(found: Design, path: Path) -> None:
 
 
 def _print(title: str, found: Design) -> None:
-    from flatpunch.design.targets import UNITS
+    from flatpunch.designs.targets import UNITS
 
     rows = []
     for each in found.values:

@@ -25,11 +25,11 @@ from flatpunch.cli.terminal import (
 )
 
 if TYPE_CHECKING:
-    from flatpunch.fit.batch import Batch
-    from flatpunch.fit.case import FitCase
-    from flatpunch.fit.films.film import FilmResult
-    from flatpunch.fit.measured.curve import Curve
-    from flatpunch.fit.report.result import FitResult
+    from flatpunch.fits.batch import Batch
+    from flatpunch.fits.case import FitCase
+    from flatpunch.fits.films.film import FilmResult
+    from flatpunch.fits.measured.curve import Curve
+    from flatpunch.fits.report.result import FitResult
 
 CurveFile = Annotated[
     Path, typer.Argument(metavar="CURVE", help="Measured curve, force map, or a folder of them.", show_default=False)
@@ -77,7 +77,7 @@ def fit(
     With an output, records of a folder or map are kept beside it (table.records) until all curves are done: after an
     interruption the same command goes on from there. Curves or a case that have changed are fitted again.
     """
-    from flatpunch.fit.case import read_fit_case
+    from flatpunch.fits.case import read_fit_case
 
     _check_order(curve, case)
     loaded = read_fit_case(curve if case is None else case)
@@ -108,14 +108,14 @@ def read(
     the contact begins, and what a fit leaves out or why it refuses the curve.
     """
     _check_order(curve, case)
-    from flatpunch.fit.case import read_fit_case
-    from flatpunch.fit.measured.files.readers import read_curve
-    from flatpunch.fit.reading import reading_of
+    from flatpunch.fits.case import read_fit_case
+    from flatpunch.fits.measured.files.readers import read_curve
+    from flatpunch.fits.reading import reading_of
 
     loaded = None if case is None else read_fit_case(case)
     measured = read_curve(curve, **({} if loaded is None else loaded.reading))
     say("\n".join((measured.name, *(f"  {line}" for line in reading_of(measured, loaded).lines))))
-    write_all((plot, drawn("fit.reading:measured_figure", measured, loaded, style=style)))
+    write_all((plot, drawn("fits.reading:measured_figure", measured, loaded, style=style)))
 
 
 @command("fit-film")
@@ -154,8 +154,8 @@ def _check_alone(curve: Path, case: Path | None, loaded: FitCase, drift: Path | 
 def _fit_together(
     case: FitCase, output: Path | None, plot: Path | None, profile: bool, posterior: Path | None, style: str
 ) -> None:
-    from flatpunch.fit.case import read_measured
-    from flatpunch.fit.together import fit_together
+    from flatpunch.fits.case import read_measured
+    from flatpunch.fits.together import fit_together
 
     if output is not None and output.suffix.lower() != ".csv":
         raise ValueError(f"--output {output}: the table of a joint fit is kept as .csv.")
@@ -168,7 +168,7 @@ def _fit_together(
         _say_profiles(result)
     write_all(
         (output, result.save),
-        (plot, drawn("fit.pictures:fit_figure", result, style=style)),
+        (plot, drawn("fits.pictures:fit_figure", result, style=style)),
         (posterior, lambda path: _posterior(result, case, path, style)),
         bar=False,
     )
@@ -176,7 +176,7 @@ def _fit_together(
 
 def _say_profiles(result: FitResult) -> None:
     from flatpunch._support.prefixes import text
-    from flatpunch.fit.report.quantities import label, unit_of
+    from flatpunch.fits.report.quantities import label, unit_of
 
     for name in result.shared:
         found = result.profile(name)
@@ -196,12 +196,12 @@ def _posterior(result: FitResult, case: FitCase, path: Path, style: str) -> None
     if path.suffix.lower() in (".nc", ".csv"):
         found.save(path)
     else:
-        drawn("fit.distributions:posterior_figure", found, style=style)(path)
+        drawn("fits.distributions:posterior_figure", found, style=style)(path)
 
 
 def _many(path: Path, case: FitCase) -> bool:
     """Whether a file holds more than one curve."""
-    from flatpunch.fit.measured.files.readers import curves_in
+    from flatpunch.fits.measured.files.readers import curves_in
 
     return case.reading.get("index") is None and curves_in(path, **case.reading) > 1
 
@@ -217,9 +217,9 @@ def _fit_one(
     style: str,
 ) -> None:
     from flatpunch._support.progress import listening
-    from flatpunch.fit.fitting import fit
-    from flatpunch.fit.measured.curve import CurveError
-    from flatpunch.fit.measured.files.readers import read_curve
+    from flatpunch.fits.fitting import fit
+    from flatpunch.fits.measured.curve import CurveError
+    from flatpunch.fits.measured.files.readers import read_curve
 
     curve = read_curve(path, **case.reading)
     try:
@@ -228,7 +228,7 @@ def _fit_one(
             with listening(lambda done, total: step(f"{done} force curves solved", advance=0)):
                 result = fit(curve, case.medium, case.indenter, case.free, **case.arguments)
     except CurveError:
-        from flatpunch.fit.reading import reading_of
+        from flatpunch.fits.reading import reading_of
 
         say("\n".join(line for line in reading_of(curve, case).lines if not line.startswith("refused")))
         raise
@@ -237,7 +237,7 @@ def _fit_one(
         _say_profiles(result)
     write_all(
         (output, result.save),
-        (plot, drawn("fit.pictures:fit_figure", result, style=style)),
+        (plot, drawn("fits.pictures:fit_figure", result, style=style)),
         (posterior, lambda path: _posterior(result, case, path, style)),
         (drift, lambda path: _drift(curve, case, path, style)),
         bar=False,
@@ -246,10 +246,10 @@ def _fit_one(
 
 def _drift(curve: Curve, case: FitCase, path: Path, style: str) -> None:
     """Draw the modulus over the largest fitted depth, beside that of a half-space."""
-    from flatpunch.fit.case import DRIFTING, drift
+    from flatpunch.fits.case import DRIFTING, drift
 
     layered, bulk = drift(curve, case)
-    drawn("fit.pictures:drift_figure", layered, DRIFTING, bulk, "base.young", style=style)(path)
+    drawn("fits.pictures:drift_figure", layered, DRIFTING, bulk, "base.young", style=style)(path)
 
 
 def _fit_folder(
@@ -257,8 +257,8 @@ def _fit_folder(
 ) -> None:
     from dataclasses import replace
 
-    from flatpunch.fit.batch import Batch, fit_rows
-    from flatpunch.fit.places import Records, files_in, listed
+    from flatpunch.fits.batch import Batch, fit_rows
+    from flatpunch.fits.places import Records, files_in, listed
 
     items = listed(files_in(folder) if is_folder(folder) else [folder], case.reading)
     settings = replace(case.settings, quick=True)
@@ -292,7 +292,7 @@ def _fit_folder(
             records.remove()
 
     name = next(iter(case.free), None)
-    picture = drawn("fit.distributions:map_figure", batch, name, style=style)
+    picture = drawn("fits.distributions:map_figure", batch, name, style=style)
     write_all((output, table), (plot if name else None, picture))
     if len(batch.failed) == len(batch.rows):
         raise ValueError("no curve could be fitted.")
@@ -304,7 +304,7 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
     from scipy.special import ndtr
 
     from flatpunch._support.prefixes import text
-    from flatpunch.fit.report.quantities import label, unit_of
+    from flatpunch.fits.report.quantities import label, unit_of
 
     say(f"{len(batch.rows) - len(batch.failed)} of {len(batch.rows)} curves fitted")
     for name in case.free:
@@ -320,10 +320,10 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
 
 
 def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, style: str) -> None:
-    from flatpunch.fit.case import read_fit_case
-    from flatpunch.fit.films.film import fit_film
-    from flatpunch.fit.films.unloading import film_curves, film_tip
-    from flatpunch.fit.measured.curve import CurveError
+    from flatpunch.fits.case import read_fit_case
+    from flatpunch.fits.films.film import fit_film
+    from flatpunch.fits.films.unloading import film_curves, film_tip
+    from flatpunch.fits.measured.curve import CurveError
 
     loaded = read_fit_case(case)
     film = dict(loaded.film)
@@ -354,7 +354,7 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
                 say(f"Read {line}")
             say(str(result))
             wanted += [
-                (picture, drawn("fit.pictures:film_figure", result, style=style)),
+                (picture, drawn("fits.pictures:film_figure", result, style=style)),
                 (table, partial(_film_table, result)),
             ]
         for reason in failed:
@@ -376,7 +376,7 @@ def _numbered(option: str, path: Path | None, count: int) -> list[Path | None]:
 def _film_table(result: FilmResult, path: Path) -> None:
     """Write the points of a film."""
     from flatpunch._support.whole_file import write_whole
-    from flatpunch.fit.report.table import csv_of
+    from flatpunch.fits.report.table import csv_of
 
     points = result.points
     columns = {

@@ -69,8 +69,8 @@ def compare(
 
 def _correct(case: Path, given: Plain, output: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.files import units
-    from flatpunch.fit.case import read_fit_case
-    from flatpunch.fit.half_space.correction import correct
+    from flatpunch.fits.case import read_fit_case
+    from flatpunch.fits.half_space.correction import correct
 
     loaded = read_fit_case(case)
     for name, dimension in (("reported", units.PRESSURE), ("depth", units.LENGTH)):
@@ -82,13 +82,13 @@ def _correct(case: Path, given: Plain, output: Path | None, plot: Path | None, s
     found = correct(medium=loaded.medium, indenter=loaded.indenter, method=loaded.settings.method, **arguments)
     say(str(found))
 
-    picture = drawn("fit.pictures:correction_figure", found, title=loaded.title, style=style)
+    picture = drawn("fits.pictures:correction_figure", found, title=loaded.title, style=style)
     _write(output, plot, found.dataset, found.to_csv, picture)
 
 
 def _compare(case: Path, output: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.files import read_case
-    from flatpunch.fit.half_space.formulas import compare_case, comparison_csv, comparison_table
+    from flatpunch.fits.half_space.formulas import compare_case, comparison_csv, comparison_table
 
     loaded = read_case(case)
     found = compare_case(loaded)
@@ -98,7 +98,7 @@ def _compare(case: Path, output: Path | None, plot: Path | None, style: str) -> 
     for line in table.notes:
         say(f"Note: {line}")
 
-    picture = drawn("fit.pictures:comparison_figure", found, title=loaded.title, style=style)
+    picture = drawn("fits.pictures:comparison_figure", found, title=loaded.title, style=style)
     _write(output, plot, lambda: found, lambda: comparison_csv(found), picture)
 
 

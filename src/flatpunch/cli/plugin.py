@@ -43,7 +43,7 @@ def write(
     """
     from flatpunch._support.whole_file import check_target
     from flatpunch.files.units import LENGTH, named_si
-    from flatpunch.fit.case import read_fit_case
+    from flatpunch.fits.case import read_fit_case
     from flatpunch.plugins.hosts import write_plugin
 
     if output is None:

@@ -11,7 +11,7 @@ from flatpunch.cli.terminal import PICTURES, CaseFile, Output, StyleOption, comm
 
 if TYPE_CHECKING:
     from flatpunch.files import Case
-    from flatpunch.fit.case import FitCase
+    from flatpunch.fits.case import FitCase
 
 
 @command("show-tip")
@@ -32,7 +32,7 @@ def show_tip(
     target = _target(case, output, "tip")
     read = _read(case)
     from flatpunch.files import units
-    from flatpunch.files.describe import words
+    from flatpunch.files.descriptions import words
 
     half = _extent(read) if extent is None else units.named_si("--extent", extent, units.LENGTH)
     say(f"Indenter  {words(read.indenter)}")
@@ -53,7 +53,7 @@ def show_medium(
     """Draw the layers of a case file: Young's modulus over depth."""
     target = _target(case, output, "medium")
     read = _read(case)
-    from flatpunch.files.describe import describe_bodies
+    from flatpunch.files.descriptions import describe_bodies
     from flatpunch.plots.medium import plot_medium
     from flatpunch.plots.result import save_figure
     from flatpunch.plots.style import panels, styled
@@ -79,7 +79,7 @@ def _read(path: Path) -> Case | FitCase:
     """A case, whether it is to be solved or fitted."""
     from flatpunch.files import read_case
     from flatpunch.files.cases import is_fit_case
-    from flatpunch.fit.case import read_fit_case
+    from flatpunch.fits.case import read_fit_case
 
     return read_fit_case(path) if is_fit_case(path) else read_case(path)
 

@@ -103,7 +103,7 @@ def _finish(
 ) -> None:
     """Print, then write what was asked for."""
     from flatpunch.files import save
-    from flatpunch.sweeps.table import save_table
+    from flatpunch.sweeps.tables import save_table
 
     failed = int((result["status"] == "failed").sum())
     if failed < result["status"].size:

@@ -225,7 +225,7 @@ def write_all(*wanted: tuple[Path | None, Callable[[Path], object]], bar: bool =
 
 
 def drawn(function: str, *arguments: Any, **options: Any) -> Callable[[Path], object]:
-    """Draw with a function of the package, "fit.pictures:fit_figure", which is loaded when there is a picture to write."""
+    """Draw with a function of the package, "fits.pictures:fit_figure", which is loaded when there is a picture to write."""
 
     def write(path: Path) -> object:
         from flatpunch.plots.result import save_figure

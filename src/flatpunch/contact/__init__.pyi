@@ -1,7 +1,7 @@
 from .adhesion.loop import adhesion_loop
 from .adhesion.pull_off import PullOff, pull_off
 from .default import METHODS, Choice, Method, MethodName, default_choice, default_method, method_of
-from .indent import indent, pressure
+from .indentation import indent, pressure
 from .methods import BoundaryElements, Exact, FirstOrder, FourthOrder, Refined, SecondOrder
 
 __all__ = [

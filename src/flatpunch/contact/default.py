@@ -9,7 +9,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, Values, shown
 from flatpunch._support.readable import readable
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import NOTABLE_OUTLINE, Control, Curve, control_from, percent
 from flatpunch.contact.methods import (
     BoundaryElements,

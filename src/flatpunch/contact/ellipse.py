@@ -19,7 +19,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve, Extra
 from flatpunch.contact.pressure_field import PressureField
 from flatpunch.contact.round.cylinder import punch_stiffness

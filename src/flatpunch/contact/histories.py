@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Values, positive, shown, values
 from flatpunch._support.record import record
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.default import EXACT, LIFTS_OFF, Choice, Method, adhesive_method, asked_for, choose, solver_of
 from flatpunch.contact.methods import BoundaryElements, Exact

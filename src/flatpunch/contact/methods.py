@@ -18,7 +18,7 @@ import numpy as np
 from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, whole
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import FORCE_ERROR, Control, Curve
 from flatpunch.contact.pressure_field import PressureField, superposed
 from flatpunch.indenters.profile import Indenter

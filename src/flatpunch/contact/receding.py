@@ -27,7 +27,7 @@ from scipy.optimize import brentq
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.profile import Moments

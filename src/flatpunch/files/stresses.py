@@ -11,13 +11,13 @@ import numpy as np
 
 from flatpunch._support.paths import Plain
 from flatpunch.contact import indent
-from flatpunch.fields import CriticalLoad, Strength, critical_load, critical_loads, fields, peak_stresses
 from flatpunch.files.cases import Case
 from flatpunch.files.tables.stress import StressCase
 from flatpunch.files.units import text
 from flatpunch.indenters.profile import NotRising
 from flatpunch.media import underlying
 from flatpunch.punch import UnresolvedLayer
+from flatpunch.stresses import CriticalLoad, Strength, critical_load, critical_loads, fields, peak_stresses
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,7 +30,7 @@ class Stresses:
     Attributes
     ----------
     fields : xarray.Dataset
-        What `flatpunch.fields` returned at the points of the case.
+        What `flatpunch.stresses` returned at the points of the case.
     peaks : xarray.Dataset or None
         What `flatpunch.peak_stresses` returned at the last step; None for adhesive contacts, rollers and rounded punches.
     first : CriticalLoad or None

@@ -14,7 +14,7 @@ Tuples = tuple[Sequence[Sequence[float]], Sequence[float] | None]
 
 def body_of(medium: Body | Tuples) -> Body:
     """The body of an object or of tuples ((layer, ...), base), checked."""
-    from flatpunch.compliance import compliance
+    from flatpunch.compliances import compliance
     from flatpunch.media import underlying
 
     body = _from_tuples(medium) if isinstance(medium, (tuple, list)) else underlying(medium)

@@ -49,7 +49,7 @@ def influence_coefficients(medium: Body | Tuples, spacing: float, shape: Sequenc
     from flatpunch._support.ceilings import CELLS
     from flatpunch._support.checks import positive, whole
     from flatpunch.bem.operator.influence import influence_coefficients as coefficients
-    from flatpunch.compliance import compliance
+    from flatpunch.compliances import compliance
 
     if len(shape) != 2:
         raise ValueError(f"shape = {shape!r} must be the numbers of rows and columns.")

@@ -142,7 +142,7 @@ def normal_compliance(medium: Body | Tuples, q: Numbers, *, undetermined: float 
     >>> kernels.normal_compliance(([(5e3, 0.3, 2e-6)], None), q).shape
     (2,)
     """
-    from flatpunch.compliance import compliance
+    from flatpunch.compliances import compliance
 
     body = body_of(medium)
     _, magnitude = wave_vectors(q=q)

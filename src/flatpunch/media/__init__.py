@@ -4,7 +4,7 @@ from flatpunch.media.bodies import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.media.formula import Formula
 from flatpunch.media.free_layer import FreeLayer
 from flatpunch.media.graded import GradedLayer
-from flatpunch.media.homogenised import homogenised
+from flatpunch.media.homogenisation import homogenised
 from flatpunch.media.interface import Interface
 from flatpunch.media.laws import Constant, DepthTable, ExponentialModulus, LinearModulus, PowerModulus
 from flatpunch.media.material import AnyLayer, Homogeneous, Isotropic, Material

@@ -10,8 +10,8 @@ from matplotlib.ticker import MaxNLocator
 from flatpunch._support.checks import Array
 from flatpunch._support.kinds import instance
 from flatpunch._support.prefixes import readable
-from flatpunch.design import Design
-from flatpunch.design.targets import UNITS
+from flatpunch.designs import Design
+from flatpunch.designs.targets import UNITS
 from flatpunch.plots.style import BLUE, GREY, StyleName, axes_or_new, styled
 
 

@@ -15,8 +15,7 @@ from matplotlib.ticker import MaxNLocator
 from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import readable
-from flatpunch.compliance.stack import interfaces
-from flatpunch.fields import Strength, fields
+from flatpunch.compliances.stack import interfaces
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, underlying
 from flatpunch.plots.style import (
@@ -31,6 +30,7 @@ from flatpunch.plots.style import (
     panels,
     styled,
 )
+from flatpunch.stresses import Strength, fields
 
 if TYPE_CHECKING:
     import xarray as xr

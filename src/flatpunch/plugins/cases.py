@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from flatpunch._support.readable import source_of
-from flatpunch.fit.elastic.model import method_for
-from flatpunch.fit.parameters.scaling import parameter_names, scaling, value_of
-from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.fits.elastic.model import method_for
+from flatpunch.fits.parameters.scaling import parameter_names, scaling, value_of
+from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 

@@ -11,7 +11,7 @@ from flatpunch._support.whole_file import write_whole
 from flatpunch.plugins.cases import module_path
 
 if TYPE_CHECKING:
-    from flatpunch.fit.case import FitCase
+    from flatpunch.fits.case import FitCase
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.fit import Curve, FilmResult, Tip, fit_film
+from flatpunch.fits import Curve, FilmResult, Tip, fit_film
 from flatpunch.media import Body, HalfSpace
 
 _MICRO, _MILLI, _GIGA = 1e-6, 1e-3, 1e9
@@ -51,7 +51,7 @@ def film(indentation: Any, medium: Body, **options: Any) -> FilmResult:
     medium : Medium
         Film and substrate: known values, and starting values.
     **options
-        `free`, `depths`, `frame` and `compare` of `flatpunch.fit.fit_film`.
+        `free`, `depths`, `frame` and `compare` of `flatpunch.fits.fit_film`.
 
     Returns
     -------

@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from flatpunch._support.whole_file import write_whole
-from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.plugins.cases import Entry, entries_of, module_path, parts_of
@@ -23,7 +23,7 @@ as written below; write the file anew for another sample.
 import lmfit
 import numpy as np
 
-from flatpunch.fit import ForwardModel
+from flatpunch.fits import ForwardModel
 from flatpunch.indenters import {tips}
 from flatpunch.media import {media}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from flatpunch._support.whole_file import write_whole
-from flatpunch.fit.parameters.settings import FitMethod
+from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.plugins.cases import entries_of, module_path, parts_of
@@ -16,7 +16,7 @@ Exact contact of a tip with a layered sample, by flatpunch (method {method}); wr
 """
 
 import numpy as np
-from flatpunch.fit import ForwardModel
+from flatpunch.fits import ForwardModel
 from flatpunch.indenters import {tips}
 from flatpunch.media import {media}
 from scipy.optimize import curve_fit

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength

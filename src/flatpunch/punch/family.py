@@ -11,7 +11,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.numerics.chebyshev import tail
 from flatpunch.numerics.piecewise import Piece
 from flatpunch.punch.basis import OUTWARDS, RELATIVE, node_count, power_edge, power_moments, projection, regular_part

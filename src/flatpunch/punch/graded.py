@@ -49,8 +49,8 @@ from numpy.typing import NDArray
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.threads import in_threads
-from flatpunch.compliance import Kernel
-from flatpunch.compliance.interpolant import SmoothResponse
+from flatpunch.compliances import Kernel
+from flatpunch.compliances.interpolant import SmoothResponse
 from flatpunch.numerics.chebyshev import Numbers
 from flatpunch.punch.basis import half_space_diagonal, inverse_factors
 from flatpunch.punch.krein import excess, round_functionals

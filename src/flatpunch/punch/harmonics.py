@@ -21,7 +21,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.punch.basis import edge_signs, power_moments
 from flatpunch.punch.graded import graded_harmonics
 from flatpunch.punch.matrix import effective_beta, remainder_rule, sufficient_terms

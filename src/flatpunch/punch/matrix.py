@@ -13,8 +13,8 @@ import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch._support.threads import in_threads
-from flatpunch.compliance import Kernel
-from flatpunch.compliance.layered import SATURATION
+from flatpunch.compliances import Kernel
+from flatpunch.compliances.layered import SATURATION
 from flatpunch.punch.basis import RELATIVE, half_space_diagonal
 from flatpunch.punch.graded import graded_round, graded_terms
 from flatpunch.punch.wavenumbers import WINDOW, BesselTable, bessel_table, split_table, window_start

@@ -12,7 +12,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.numerics.chebyshev import NODES, polynomials, tail
 from flatpunch.numerics.piecewise import Piece, PiecewiseChebyshev
 from flatpunch.punch.matrix import RESOLVED, effective_beta

@@ -6,7 +6,7 @@ With alpha = (k - 1)/2 the pressures of angular harmonic m on the unit disc
 
 have the Hankel transforms N x^(-1-alpha) J_(m+2n+1+alpha)(x), N = 2^alpha Gamma(1 + alpha), and their matrix is diagonal,
 D_n = N^2/(m + 2n + 1 + alpha). A displacement f cos(m phi) needs the pressure (E*/(c a)) (a/l)^k sum c_n p_n(r/a), D c = b[f],
-with c of `flatpunch.compliance.power_law`. k = 0 is the basis of `basis`; k -> 1 with nu = 1/2 the Gibson soil, whose
+with c of `flatpunch.compliances.power_law`. k = 0 is the basis of `basis`; k -> 1 with nu = 1/2 the Gibson soil, whose
 punch pressure is uniform. Sources: Booker, Balaam and Davis 1985; Giannakopoulos and Suresh 1997; Jin and Guo 2013 for the
 flat punch and the paraboloid.
 """
@@ -21,8 +21,8 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
-from flatpunch.compliance.power_law import stiffness_factor
+from flatpunch.compliances import Kernel
+from flatpunch.compliances.power_law import stiffness_factor
 from flatpunch.media.material import PowerLaw
 from flatpunch.numerics.beta import beta
 

@@ -12,8 +12,8 @@ from flatpunch._support.checks import Array, FlatpunchWarning, numbers, positive
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.compliance import Kernel, compliance
-from flatpunch.compliance.interpolant import TOLERANCE
+from flatpunch.compliances import Kernel, compliance
+from flatpunch.compliances.interpolant import TOLERANCE
 from flatpunch.media import Body
 from flatpunch.numerics.beta import beta
 from flatpunch.numerics.chebyshev import log_derivative, nodes

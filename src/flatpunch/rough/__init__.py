@@ -1,6 +1,6 @@
 """Contact of rough surfaces with any body, and theories of it."""
 
-from flatpunch.rough.asperities import asperities
+from flatpunch.rough.asperity_contacts import asperities
 from flatpunch.rough.contact import rough_contact
 from flatpunch.rough.theories import FullContact, full_contact, rough_theories
 

@@ -22,8 +22,8 @@ from flatpunch.bem.resources import fitting_threads
 from flatpunch.bem.solution import check_tolerance
 from flatpunch.bem.solver.active_set import State, punch_stiffness
 from flatpunch.bem.solver.levels import COARSEST
-from flatpunch.compliance import Kernel, compliance
-from flatpunch.compliance.uniform import uniform_compliance
+from flatpunch.compliances import Kernel, compliance
+from flatpunch.compliances.uniform import uniform_compliance
 from flatpunch.contact.curve import few, first_failure
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import STEEPEST, deepest

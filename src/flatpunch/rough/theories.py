@@ -18,9 +18,9 @@ from scipy.special import erf
 from flatpunch._support.checks import Array, Values, numbers, shown, values
 from flatpunch._support.kinds import follows
 from flatpunch._support.readable import readable
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.contact.indent import indent
+from flatpunch.contact.indentation import indent
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import Body
 from flatpunch.numerics.gauss import gauss

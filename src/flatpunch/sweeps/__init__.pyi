@@ -1,4 +1,4 @@
 from .study import sweep
-from .table import save_table, table
+from .tables import save_table, table
 
 __all__ = ["save_table", "sweep", "table"]

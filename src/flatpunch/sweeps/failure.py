@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.paths import Plain
-from flatpunch.fields import CriticalLoad
 from flatpunch.files.units import readable
+from flatpunch.stresses import CriticalLoad
 from flatpunch.sweeps.axes import in_words
 
 if TYPE_CHECKING:

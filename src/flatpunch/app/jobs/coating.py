@@ -18,7 +18,6 @@ from flatpunch.app.limits import DRAWN
 from flatpunch.app.plain import case_of, plain, short
 from flatpunch.app.problems import CALLED, explained
 from flatpunch.app.saved import file_bytes
-from flatpunch.fields import Strength
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import parsed
 from flatpunch.files.stresses import (
@@ -34,6 +33,7 @@ from flatpunch.files.stresses import (
 from flatpunch.files.summary import spread
 from flatpunch.files.units import text
 from flatpunch.media import underlying
+from flatpunch.stresses import Strength
 from flatpunch.sweeps import sweep, table
 from flatpunch.sweeps.axes import axes_of
 from flatpunch.sweeps.failure import KINDS, is_map, map_figure

@@ -14,7 +14,7 @@ from flatpunch.app.plain import case_of, short
 from flatpunch.app.problems import explained
 from flatpunch.app.saved import file_bytes
 from flatpunch.files import describe
-from flatpunch.fit.half_space.formulas import compare_case, comparison_csv, comparison_table
+from flatpunch.fits.half_space.formulas import compare_case, comparison_csv, comparison_table
 
 
 def compare(fields: Mapping[str, str], run: bool) -> Plain:
@@ -46,7 +46,7 @@ def compare(fields: Mapping[str, str], run: bool) -> Plain:
 
 def compare_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     """Return a comparison as a file."""
-    from flatpunch.fit.pictures import comparison_figure
+    from flatpunch.fits.pictures import comparison_figure
 
     found: xr.Dataset = pickle.loads(kept)
     title = fields.get("title", "")

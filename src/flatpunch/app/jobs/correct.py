@@ -12,9 +12,9 @@ from flatpunch.app.problems import CALLED, explained
 from flatpunch.app.saved import file_bytes
 from flatpunch.contact import method_of
 from flatpunch.files.cases import parsed
-from flatpunch.fit.case import FitCase, fit_case_from
-from flatpunch.fit.half_space.correction import Correction, correct
-from flatpunch.fit.models import forget_models
+from flatpunch.fits.case import FitCase, fit_case_from
+from flatpunch.fits.half_space.correction import Correction, correct
+from flatpunch.fits.models import forget_models
 
 COLUMNS = ("formula", "modulus of the layer", "deviation from exact; remark")
 
@@ -52,7 +52,7 @@ def shown(found: Correction) -> Plain:
 
 def correct_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     """Return a correction as a file."""
-    from flatpunch.fit.pictures import correction_figure
+    from flatpunch.fits.pictures import correction_figure
 
     found: Correction = pickle.loads(kept)
     return file_bytes(kind, found.dataset, found.to_csv, lambda: correction_figure(found, title=_case(fields).title))

@@ -24,18 +24,18 @@ from flatpunch.app.uploads import Upload
 from flatpunch.files.cases import parsed
 from flatpunch.files.summary import spread
 from flatpunch.files.tables.fields import validated
-from flatpunch.fit.batch import Batch, fit_rows
-from flatpunch.fit.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
-from flatpunch.fit.cases import CurveTable
-from flatpunch.fit.fitting import fit
-from flatpunch.fit.measured.columns import Table, chosen_columns
-from flatpunch.fit.measured.curve import Curve, CurveError
-from flatpunch.fit.measured.files.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
-from flatpunch.fit.models import forget_models
-from flatpunch.fit.places import listed, on_grid
-from flatpunch.fit.reading import reading_of, traces
-from flatpunch.fit.report.quantities import label, unit_of
-from flatpunch.fit.report.result import FitResult
+from flatpunch.fits.batch import Batch, fit_rows
+from flatpunch.fits.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
+from flatpunch.fits.cases import CurveTable
+from flatpunch.fits.fitting import fit
+from flatpunch.fits.measured.columns import Table, chosen_columns
+from flatpunch.fits.measured.curve import Curve, CurveError
+from flatpunch.fits.measured.files.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
+from flatpunch.fits.models import forget_models
+from flatpunch.fits.places import listed, on_grid
+from flatpunch.fits.reading import reading_of, traces
+from flatpunch.fits.report.quantities import label, unit_of
+from flatpunch.fits.report.result import FitResult
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -239,8 +239,8 @@ def fit_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
     table = batch if result is None else result
 
     def figure() -> Figure:
-        from flatpunch.fit.distributions import map_figure
-        from flatpunch.fit.pictures import fit_figure
+        from flatpunch.fits.distributions import map_figure
+        from flatpunch.fits.pictures import fit_figure
 
         if result is None and not case.free:
             raise ValueError("there is no picture of fits in which nothing of the case is looked for.")

@@ -41,7 +41,7 @@ from flatpunch.bem.operator.transforms import (
     fourier_back,
     padded,
 )
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 
 BYTES_PER_CELL = 200
 """Upper bound of what operator and solver together hold per cell in double precision; a test measures it."""

@@ -21,8 +21,8 @@ from scipy.special import gamma
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.bem.operator.radial import CellTable, remainder_table
-from flatpunch.compliance import Kernel
-from flatpunch.compliance.layered import SATURATION
+from flatpunch.compliances import Kernel
+from flatpunch.compliances.layered import SATURATION
 from flatpunch.numerics.gauss import gauss
 
 _NEAR = 24.0

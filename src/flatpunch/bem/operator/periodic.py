@@ -30,7 +30,7 @@ from flatpunch.bem.operator.convolution import (
     wavenumbers,
     whole_plane,
 )
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.numerics.gauss import gauss
 
 

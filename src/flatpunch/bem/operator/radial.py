@@ -19,7 +19,7 @@ from scipy.special import erfc, j0
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.numerics.gauss import gauss
 
 STEP = 1.0 / 64.0

@@ -15,7 +15,7 @@ from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.bem.grid import Cells, Grid, Namespace
 from flatpunch.bem.operator.convolution import Operator, build_operator, coefficients_for, padded_shape, to_numpy
 from flatpunch.bem.solver.active_set import State
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 
 COARSEST = 32
 """Square root of the cells of the coarsest grid; half as many add a solve that does not help, 20 % of the time."""

@@ -22,7 +22,7 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.round.mean_profile import Evaluate
 from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.punch.family import punch_family

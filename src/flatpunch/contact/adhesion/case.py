@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from flatpunch._support.checks import BadValue, positive
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import Branch, Equilibria
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import Stability, stability, steady_radius

@@ -26,7 +26,7 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion.pull_off import Instability, pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import Quantity, Stretch

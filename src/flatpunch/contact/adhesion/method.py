@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, Flags, values
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion.non_round import PerturbedBranch

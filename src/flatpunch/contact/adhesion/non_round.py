@@ -32,7 +32,7 @@ from functools import cached_property
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, Indices
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import (
     AROUND,
     STEP,

@@ -26,7 +26,7 @@ import scipy
 from flatpunch._support.checks import FlatpunchWarning, positive, refused_overflow
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion.stability import Stretch
 from flatpunch.indenters.profile import Indenter, check_indenter

@@ -15,7 +15,7 @@ import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AROUND, STEP, AdhesiveContact, Equilibria
 from flatpunch.contact.round import radius_search
 from flatpunch.contact.round.profile import RoundProfile

@@ -10,7 +10,7 @@ from flatpunch import bem
 from flatpunch._support.checks import Array, Flags
 from flatpunch._support.paths import Plain
 from flatpunch.bem.grid import Grid
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 

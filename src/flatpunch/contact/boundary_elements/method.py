@@ -15,7 +15,7 @@ from flatpunch.bem.height import IndenterHeight
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR
 from flatpunch.bem.outline import enough_rays
 from flatpunch.bem.solution import reaches_end
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.outlines import Trace, traced

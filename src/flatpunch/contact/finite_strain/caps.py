@@ -22,7 +22,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import compliance
+from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.finite_strain.places import (
     NEO_HOOKEAN,

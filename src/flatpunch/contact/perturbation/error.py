@@ -18,7 +18,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import Control, Extra
 from flatpunch.contact.perturbation.first_order_outline import outline
 from flatpunch.contact.perturbation.general_series import LARGEST_WAVE, general_expansion

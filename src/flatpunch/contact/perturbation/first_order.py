@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, Flags
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve, Extra, first_failure
 from flatpunch.contact.perturbation.error import estimates, first_order_error
 from flatpunch.contact.perturbation.first_order_outline import area, growth_factor, outline

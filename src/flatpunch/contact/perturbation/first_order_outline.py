@@ -7,7 +7,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.indenters.geometry.angle_rule import angular_rule
 from flatpunch.indenters.geometry.angular_mean import angular_mean

@@ -13,7 +13,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates, fourth_order_error, second_order_error

@@ -19,7 +19,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import LARGEST_TERM, radius_of_stiffness
 from flatpunch.contact.round.profile import NODES, TINY, SampledProfile

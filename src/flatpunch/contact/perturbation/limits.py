@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import first_failure
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import power_expansion

@@ -13,7 +13,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
 from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation, Terms, limited_exponential
 from flatpunch.contact.round.mean_profile import resolved_radius

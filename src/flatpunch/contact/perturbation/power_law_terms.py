@@ -19,7 +19,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import PROCESS, byte_cached
 from flatpunch._support.checks import Array, Indices
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.perturbation.asymmetry import Angles, act, expand
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.chebyshev import log_derivative, tail

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates, second_order_error

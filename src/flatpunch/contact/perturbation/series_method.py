@@ -10,7 +10,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve, check_reach
 from flatpunch.contact.perturbation.limits import LARGEST_SWING as LARGEST_SWING
 from flatpunch.contact.perturbation.limits import outline_causes

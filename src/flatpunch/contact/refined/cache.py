@@ -22,7 +22,7 @@ from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.reading import Unreadable, content
 from flatpunch._support.record import record
 from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed, write_whole
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.refined.sample import Sample
 from flatpunch.indenters._common import SCATTERED
 from flatpunch.indenters.profile import Indenter

@@ -13,7 +13,7 @@ from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.prefixes import text
 from flatpunch.bem import NotConverged
 from flatpunch.bem.outline import enough_rays
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.error import along_rays, located
 from flatpunch.contact.curve import FORCE_ERROR, UNITS, Control, Curve, first_failure
 from flatpunch.contact.limits import cut_off

@@ -12,7 +12,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, ControlName
 from flatpunch.contact.round.mean_profile import mean_contact, resolved_radius
 from flatpunch.contact.round.radius_search import PER_DECADE

@@ -22,7 +22,7 @@ from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.bem import NotConverged
 from flatpunch.bem.curves import SHARED_CELLS
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.expected_box import boxes_between, level_line
 from flatpunch.contact.curve import NOTABLE_OUTLINE, ControlName
 from flatpunch.contact.refined.cache import SampleCache

@@ -10,7 +10,7 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements import error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.method import TOLERANCE

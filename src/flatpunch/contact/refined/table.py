@@ -18,7 +18,7 @@ from scipy.interpolate import CubicSpline
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import FORCE_ERROR
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import PowerExpansion, power_expansion

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve, first_failure
 from flatpunch.contact.round.superposition import flat_pressure
 from flatpunch.indenters.profile import Indenter

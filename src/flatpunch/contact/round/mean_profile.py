@@ -10,7 +10,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import UNITS, Control, check_reach
 from flatpunch.contact.round.profile import NODES, PowerProfile, RoundProfile, SampledProfile
 from flatpunch.contact.round.radius_search import Loading, radius_for

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.round.profile import NODES, TINY, Moments, PowerProfile, RoundProfile, SampledProfile
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import node_count

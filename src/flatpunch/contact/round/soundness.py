@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import first_failure
 from flatpunch.contact.round.radius_search import PER_DECADE, Loading
 from flatpunch.contact.round.superposition import round_history, superpose

@@ -21,7 +21,7 @@ import scipy
 
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import ROUNDING, Array, Indices
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.round.radius_search import PER_DECADE, Loading
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import normalisation

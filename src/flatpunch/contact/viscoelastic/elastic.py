@@ -12,7 +12,7 @@ import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.radius_search import PER_DECADE
 from flatpunch.contact.round.superposition import spline

@@ -21,7 +21,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
-from flatpunch.compliance import Kernel, compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import NOTABLE_FORCE, Control, Curve
 from flatpunch.contact.round.cylinder import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile

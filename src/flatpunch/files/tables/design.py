@@ -10,8 +10,8 @@ from pydantic import Field
 
 from flatpunch._support.checks import shown
 from flatpunch._support.paths import Plain
-from flatpunch.design import LargestLoad, Limit, Target
-from flatpunch.design.variables import unit_of, variables
+from flatpunch.designs import LargestLoad, Limit, Target
+from flatpunch.designs.variables import unit_of, variables
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Count, Force, Length, Table
 from flatpunch.files.tables.steps import ForceSteps, LengthSteps, steps_of

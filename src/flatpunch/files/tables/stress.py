@@ -11,11 +11,11 @@ from pydantic import Field
 
 from flatpunch._support.checks import Array, non_negative
 from flatpunch._support.paths import Plain
-from flatpunch.fields import Strength
 from flatpunch.files.tables.fields import Angle, Number, Pressure, Table
 from flatpunch.files.tables.made import Made, table_of
 from flatpunch.files.tables.steps import LengthSteps, steps_of
 from flatpunch.media import Body, underlying
+from flatpunch.stresses import Strength
 
 
 @dataclass(frozen=True)

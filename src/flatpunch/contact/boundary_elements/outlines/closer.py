@@ -16,7 +16,7 @@ from flatpunch.bem.grid import Grid, Mask, polar
 from flatpunch.bem.height import IndenterHeight
 from flatpunch.bem.operator.convolution import Operator, build_operator
 from flatpunch.bem.solver.active_set import solve_contact
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.indenters.profile import Indenter
 
 

@@ -21,7 +21,7 @@ from flatpunch._support.checks import Array
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import Operator, build_operator
 from flatpunch.bem.outline import covered, ray_lengths, read, rim_along, why_none
-from flatpunch.compliance import Kernel
+from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.outlines.closer import solve_closer
 from flatpunch.indenters.geometry.edges import place_of, wedges_of
 from flatpunch.indenters.geometry.symmetry import mirrored_about

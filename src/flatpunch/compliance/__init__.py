@@ -1,4 +1,0 @@
-"""Surface compliance: medium -> C(k), the displacement per pressure at wavenumber k."""
-
-__all__ = ["Kernel", "compliance"]
-from flatpunch.compliance.kernel import Kernel, compliance

@@ -1,0 +1,167 @@
+"""Viscoelastic contact for a history of depth or force: checks, choice of the solution, and the result as a curve.
+
+C(k) of a body whose layers all relax alike is the elastic one over psi, at every wavenumber; so is everything built from
+it. On an elastic substrate that is not so: the shape of C(k) itself changes with time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from flatpunch._support.checks import Array, BadValue, values
+from flatpunch.compliances import compliance
+from flatpunch.contact.curve import Control, Curve, few
+from flatpunch.contact.viscoelastic.depth_history import force_of_depth
+from flatpunch.contact.viscoelastic.elastic import Column, ElasticCurve, Solve, elastic_curve
+from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
+from flatpunch.contact.viscoelastic.response import Response
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, underlying
+from flatpunch.media.relaxation import Relaxation
+
+
+def solve(
+    medium: Body,
+    indenter: Indenter,
+    control: Control,
+    time: Array,
+    relaxation: Relaxation,
+    phi: Array,
+    method: Solve,
+) -> Curve:
+    """Follow a history.
+
+    Parameters
+    ----------
+    medium : HalfSpace, PowerLawHalfSpace, or Medium on a RigidBase
+        The body; its moduli times psi(t) are those that relax.
+    indenter : Indenter
+        The indenter.
+    control : Control
+        Depths [m] (any sign; the surface is at 0) or forces [N] at the given times, linear in between. A first value that is not
+        zero is a sudden step.
+    time : ndarray, shape (n,)
+        Times [s], ascending.
+    relaxation : Relaxation
+        psi(t).
+    phi : ndarray, shape (p,)
+        Polar angles of the outline [rad].
+    method : callable
+        `solve` of an elastic contact method.
+
+    Returns
+    -------
+    Curve
+        With the extra arrays `time` [s], `contact_depth` [m], the depth of the elastic contact of the same extent, and
+        `force_error`: the error of the elastic curve plus that of the history.
+    """
+    check_medium(medium)
+    check_history(control, time)
+    kernel = compliance(medium)
+    if not (control.values > 0).any():
+        raise BadValue(control.name, "", "is nowhere positive, so there is never a contact.")
+    if control.name == "depth":
+        elastic = elastic_curve(method, kernel, indenter, float(control.values.max()), phi)
+        response = force_of_depth(time, control.values, relaxation, elastic)
+        if control.values[0] > 0:
+            # the series represents psi for times of one step and more
+            response.force[0] = float(relaxation(np.zeros(1))[0]) * elastic.force(control.values[:1])[0]
+    else:
+        most = Control("force", np.array([most_elastic_force(time, control.values, relaxation)]))
+        # depth of the elastic curve over the largest one that a force is expected to reach: the steps there may be coarse
+        deepest = 1.01 * float(method(kernel, indenter, most, phi[:1]).depth[0])
+        elastic = elastic_curve(method, kernel, indenter, deepest, phi)
+        response = depth_of_force(time, control.values, relaxation, elastic, deepest)
+    curve = _curve(time, response, elastic, relaxation, phi)
+    return replace(curve, notes=(*curve.notes, *_of_springs(medium)))
+
+
+def _of_springs(medium: Body) -> tuple[str, ...]:
+    """Note that springs of interfaces relax, if there are any."""
+    faces = [layer.face for _, body in medium.sides for layer in body.layers]
+    if not any(face.normal or face.shear for face in faces):
+        return ()
+    return (
+        "The springs of the interfaces relax like the layers: one relaxation multiplies the whole response. A list of one for "
+        "each layer, relaxation=[...], keeps them elastic.",
+    )
+
+
+def check_medium(medium: Body) -> None:
+    """Refuse bodies whose compliance changes its shape with time."""
+    medium = underlying(medium)
+    stack = medium.single
+    alike = stack and (stack.base.rigid or not stack.layers)
+    if not alike:
+        raise ValueError(
+            f"relaxation goes with a half-space or with layers on a RigidBase, not with this {type(medium).__name__}: on an "
+            "elastic substrate (or against an elastic body) part of the system does not relax, so that the shape of its "
+            "compliance changes with time and neither Lee-Radok nor Ting holds. Take a rigid base where the substrate is much "
+            "stiffer, or give a relaxation for each layer and the base: relaxation=[Prony(...), None]."
+        )
+
+
+def check_history(control: Control, time: Array) -> None:
+    """Times ascending, one value each."""
+    if time.size < 2 or time.size != control.values.size:
+        raise ValueError(
+            f"time has {time.size} values and {control.name} {control.values.size}; a history needs two or more times and as "
+            "many values."
+        )
+    if (np.diff(time) <= 0).any():
+        i = int(np.argmax(np.diff(time) <= 0))
+        raise BadValue(f"time[{i + 1}]", f"{time[i + 1]:.6g} s", f"must be after time[{i}] = {time[i]:.6g} s.")
+
+
+def history_control(*, depth: object, force: object, radius: object) -> Control:
+    """Depth or force of a history; depths may be negative (not yet in contact), forces not."""
+    if radius is not None or (depth is None) == (force is None):
+        raise ValueError("Give exactly one of depth and force with time and relaxation: its value at each time.")
+    if force is None:
+        return Control("depth", few("depth", values("depth", depth, minimum=-np.inf, unit="m")))
+    return Control("force", few("force", values("force", force, unit="N")))
+
+
+def _curve(time: Array, response: Response, elastic: ElasticCurve, relaxation: Relaxation, phi: Array) -> Curve:
+    contact = response.contact
+    radius, area, stiffness = elastic.at(contact, Column.RADIUS, Column.AREA, Column.STIFFNESS)
+    first = float(relaxation(np.zeros(1))[0])
+    notes = elastic.notes
+    if not np.isfinite(first):
+        notes += ("The stiffness is infinite: this relaxation has no instantaneous modulus.",)
+    with np.errstate(invalid="ignore"):
+        stiffness = np.where(contact > 0, stiffness * first, 0.0)
+    force_error, contour_error = elastic.errors(np.maximum.accumulate(contact))
+    largest = float(np.max(response.force, where=np.isfinite(response.force), initial=0.0))
+    numerical = response.error / np.where(response.force > 0, response.force, largest)
+    worst = float(response.error.max()) / largest
+    # numerical error over the largest force above which there is a note
+    if worst > 1e-3:
+        notes += (
+            f"The numerical error of the history reaches {worst:.2g} of the largest force: see force_error, and give more times.",
+        )
+    extra: dict[str, tuple[tuple[str, ...], Array, str, str]] = {
+        "time": (("step",), time, "s", "time"),
+        "contact_depth": (("step",), contact, "m", "depth of the elastic contact of the same extent"),
+        "force_error": (("step",), force_error + numerical, "1", "estimated relative error of the force"),
+    }
+    if elastic.shape is not None:
+        extra["contour_error"] = (
+            ("step",),
+            contour_error,
+            "1",
+            "estimated error of the outline a(phi) over the mean radius",
+        )
+    return Curve(
+        depth=response.depth,
+        force=response.force,
+        radius=radius,
+        area=area,
+        stiffness=stiffness,
+        contour=elastic.contour(contact, radius, phi.size),
+        valid=contact < elastic.sound,
+        notes=notes,
+        extra=extra,
+    )

@@ -1,0 +1,221 @@
+"""The search itself, on SciPy's optimisers: several starts, limits, and the largest load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from flatpunch._support.checks import Array
+from flatpunch._support.paths import Plain
+from flatpunch._support.progress import Report
+from flatpunch.designs.problem import Problem
+from flatpunch.designs.targets import LargestLoad, Limit, Target
+
+_STEPS = 60
+"""Most iterations from one start."""
+
+_ACCURATE = 1e-8
+"""Misfit, its change, and the change of the vector over its range at which a search ends."""
+
+
+ROUNDING = 1e-6
+"""Relative differences that are rounding of a search: violated limits, distances from bounds, effects of a number."""
+
+ALIKE = 1e-3
+"""Relative difference below which values count as met, and distance over the range below which two minima are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """Where one start ended: the vector, the cost, and the largest relative violation of a limit with its place."""
+
+    u: Array
+    cost: float
+    violation: float
+    limit: Limit | None
+
+
+def starts(problem: Problem, count: int) -> list[Array]:
+    """The case itself, and further vectors spread over the bounds."""
+    variables = problem.variables
+    first = variables.internal(variables.start)
+    if count == 1:
+        return [first]
+    low, high = variables.internal(variables.low), variables.internal(variables.high)
+    sampler = scipy.stats.qmc.LatinHypercube(d=first.size, seed=0)
+    return [first, *(low + sampler.random(count - 1) * (high - low))]
+
+
+def search(
+    problem: Problem, aim: Target | LargestLoad, limits: list[Limit], first: list[Array], report: Report
+) -> list[End]:
+    """Ends of all starts, the best first: those that keep the limits, by their cost."""
+    found = []
+    for i, u in enumerate(first):
+        if isinstance(aim, LargestLoad):
+            end = _by_loads(problem, aim, limits, u)
+        elif limits:
+            end = _with_limits(problem, aim, limits, u)
+        else:
+            end = _least_squares(problem, aim, u)
+        found.append(_judged(problem, limits, end, _cost(problem, aim, end)))
+        report(i + 1, len(first))
+    return sorted(
+        found,
+        key=lambda each: (each.violation > ROUNDING, each.violation if each.violation > ROUNDING else 0.0, each.cost),
+    )
+
+
+def different(problem: Problem, ends: list[End]) -> list[End]:
+    """Ends that differ from each other, the best of each."""
+    width = np.diff(_ranges(problem), axis=0)[0]
+    kept: list[End] = []
+    for end in ends:
+        if all(np.abs((end.u - other.u) / width).max() > ALIKE for other in kept):
+            kept.append(end)
+    return kept
+
+
+def reachable(problem: Problem, target: Target, i: int, u: Array) -> tuple[float, float]:
+    """Smallest and largest value of the quantity at one prescribed place that the bounds allow, searched from u."""
+    one = Target(target.quantity, target.value[i], **{target.control.name: target.control.values[i]})
+    ends = []
+    for sign in (1.0, -1.0):
+
+        def cost(v: Array, sign: float = sign) -> tuple[float, Array]:
+            residual, slope = problem.residuals(v, one)
+            return sign * float(residual[0]), sign * slope[0]
+
+        result = scipy.optimize.minimize(
+            cost, u, jac=True, method="L-BFGS-B", bounds=_ranges(problem).T, options={"maxiter": _STEPS}
+        )
+        ends.append(float(target.value[i] * np.exp(sign * result.fun)))
+    return min(ends), max(ends)
+
+
+def _ranges(problem: Problem) -> Array:
+    """Bounds of u, shape (2, n)."""
+    variables = problem.variables
+    return np.stack([variables.internal(variables.low), variables.internal(variables.high)])
+
+
+def _inside(problem: Problem, u: Array) -> Array:
+    return np.clip(u, *_ranges(problem))
+
+
+def _least_squares(problem: Problem, aim: Target, u: Array) -> Array:
+    low, high = _ranges(problem)
+    # the method wants a start inside the bounds
+    inside = np.clip(u, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+
+    def residuals(v: Array) -> Array:
+        found = problem.residuals(v, aim)[0]
+        if float(np.sqrt(np.mean(found**2))) < _ACCURATE:
+            raise _Met(v.copy())
+        return found
+
+    try:
+        result = _trusted(problem, aim, residuals, inside)
+    except _Met as met:
+        return met.u
+    return _polished(problem, aim, result)
+
+
+class _Met(Exception):
+    """A vector that does all that is prescribed ends the search."""
+
+    def __init__(self, u: Array) -> None:
+        super().__init__()
+        self.u = u
+
+
+def _trusted(problem: Problem, aim: Target, residuals: Callable[[Array], Array], inside: Array) -> Array:
+    low, high = _ranges(problem)
+    result = scipy.optimize.least_squares(
+        residuals,
+        inside,
+        lambda v: problem.residuals(v, aim)[1],
+        bounds=(low, high),
+        x_scale=high - low,
+        xtol=_ACCURATE,
+        ftol=_ACCURATE,
+        gtol=None,
+        max_nfev=_STEPS,
+    )
+    return np.asarray(result.x)
+
+
+def _polished(problem: Problem, aim: Target, u: Array) -> Array:
+    """Entries that ended beside a bound are put on it where that is no worse: the interior method never reaches it."""
+    low, high = _ranges(problem)
+    near = 1e-3 * (high - low)
+    moved = np.where(u - low < near, low, np.where(high - u < near, high, u))
+    return moved if _cost(problem, aim, moved) <= _cost(problem, aim, u) * (1 + 1e-9) else u
+
+
+def _with_limits(problem: Problem, aim: Target, limits: list[Limit], u: Array) -> Array:
+    low, high = _ranges(problem)
+    width = high - low
+
+    def cost(x: Array) -> tuple[float, Array]:
+        residual, slope = problem.residuals(low + x * width, aim)
+        return float(np.mean(residual**2)), 2 * residual @ slope / residual.size * width
+
+    def constraint(limit: Limit) -> Plain:
+        return {
+            "type": "ineq",
+            "fun": lambda x: problem.margins(low + x * width, limit)[0],
+            "jac": lambda x: problem.margins(low + x * width, limit)[1] * width,
+        }
+
+    result = scipy.optimize.minimize(
+        cost,
+        (u - low) / width,
+        jac=True,
+        method="SLSQP",
+        bounds=[(0.0, 1.0)] * u.size,
+        constraints=[constraint(limit) for limit in limits],
+        options={"maxiter": 2 * _STEPS, "ftol": _ACCURATE**2},
+    )
+    return np.asarray(low + np.clip(result.x, 0.0, 1.0) * width)
+
+
+def _by_loads(problem: Problem, aim: LargestLoad, limits: list[Limit], u: Array) -> Array:
+    """The load has kinks where another failure comes first, so no derivatives are used."""
+    low, high = _ranges(problem)
+    width = high - low
+    constraints = [
+        scipy.optimize.NonlinearConstraint(_scaled_margins(problem, limit, low, width), 0.0, np.inf) for limit in limits
+    ]
+    # trust region over the range of the vector at which the search for a load ends: critical loads are accurate to 1e-4
+    result = scipy.optimize.minimize(
+        lambda x: -problem.load(low + np.clip(x, 0.0, 1.0) * width, aim),
+        (u - low) / width,
+        method="COBYQA",
+        bounds=[(0.0, 1.0)] * u.size,
+        constraints=constraints,
+        options={"maxfev": 40 * (1 + u.size), "initial_tr_radius": 0.2, "final_tr_radius": 1e-4},
+    )
+    return np.asarray(low + np.clip(result.x, 0.0, 1.0) * width)
+
+
+def _scaled_margins(problem: Problem, limit: Limit, low: Array, width: Array) -> Callable[[Array], Array]:
+    return lambda x: problem.margins(low + np.clip(x, 0.0, 1.0) * width, limit)[0]
+
+
+def _cost(problem: Problem, aim: Target | LargestLoad, u: Array) -> float:
+    if isinstance(aim, LargestLoad):
+        return -problem.load(u, aim)
+    return float(np.sqrt(np.mean(problem.residuals(u, aim)[0] ** 2)))
+
+
+def _judged(problem: Problem, limits: list[Limit], u: Array, cost: float) -> End:
+    worst, where = 0.0, None
+    for limit in limits:
+        missing = -float(problem.margins(u, limit)[0].min())
+        if missing > worst:
+            worst, where = missing, limit
+    return End(u, cost, worst, where)

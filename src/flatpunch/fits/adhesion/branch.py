@@ -1,0 +1,311 @@
+"""Stable branch of an adhesive contact (JKR) at given parameters: depth and force over the contact radius, and where it lets go.
+
+Along the branch of contact radii a of (T11.1), as `flatpunch.contact.adhesion.branch` has it,
+
+    d = d_n - D,    F = F_n - T;    d_n = d0 exp f_0,  F_n = F0 exp f_1,  D = (w l/E)^(1/2) exp f_2,  T = (w E l^3)^(1/2) exp f_3
+
+with f smooth functions of x = ln(a/l) and of the numbers q of `flatpunch.fits.parameters.scaling`, tabulated like the force
+without adhesion and shared by all models of the same family. For round tips they do not depend on the work of adhesion w; for
+others w/(E c^2 l^(2n-1)) is one more q.
+
+The branch is followed from the largest contact down to where d_x vanishes: pull-off under prescribed depth. From two per cent
+in radius before it, or from where dF/dd falls below a given stiffness, the force goes on as a straight line, so that a trial
+step that lets go too early still has a slope.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from flatpunch._support.byte_cache import byte_cached
+from flatpunch._support.checks import ROUNDING, Array
+from flatpunch.compliances import compliance
+from flatpunch.contact.adhesion.branch import Branch, Equilibria
+from flatpunch.contact.adhesion.non_round import PerturbedBranch
+from flatpunch.contact.adhesion.stability import largest_radius
+from flatpunch.contact.round.mean_profile import mean_profile
+from flatpunch.contact.round.round_contact import round_contact
+from flatpunch.fits.elastic.table import STEP, Piecewise, Table
+from flatpunch.fits.parameters.scaling import Coordinate, Scaling
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body
+
+FUNCTIONS = 4
+"""f_0 to f_3."""
+
+
+@dataclass(frozen=True)
+class BranchFamily:
+    """What models must have in common to share tables.
+
+    Parameters
+    ----------
+    medium, indenter : object
+        The scaled problem at the offsets of the coordinates.
+    scaling : Scaling
+        Follows from the problem up to units.
+    coordinates : tuple of Coordinate
+        The numbers q.
+    by_work : bool
+        Whether the last of them is the work of adhesion.
+    """
+
+    medium: Body
+    indenter: Indenter
+    scaling: Scaling = field(compare=False)
+    coordinates: tuple[Coordinate, ...] = field(compare=False)
+    by_work: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the coordinates."""
+        return tuple(c.name for c in self.coordinates)
+
+    def branch(self, q: tuple[float, ...]) -> tuple[Equilibria, Indenter, float]:
+        """Branch of the scaled problem, its tip, and w."""
+        count = len(self.scaling.coordinates)
+        medium, indenter = self.scaling.problem(q[:count])
+        kernel = compliance(medium)
+        if self.by_work:
+            work = float(np.exp(q[count]))
+            return PerturbedBranch(kernel, indenter, work), indenter, work
+        profile = mean_profile(indenter)
+        return Branch(kernel, lambda radius: round_contact(kernel, profile, radius), 1.0), indenter, 1.0
+
+    def limit(self, q: tuple[float, ...]) -> float:
+        """ln of the largest radius."""
+        branch, indenter, _ = self.branch(q)
+        return float(np.log(largest_radius(branch.kernel, indenter.reach)))
+
+
+@dataclass(eq=False)
+class BranchTables:
+    """f_0 to f_3 of one family.
+
+    Parameters
+    ----------
+    family : BranchFamily
+        Whose branch it is.
+
+    Attributes
+    ----------
+    functions : tuple of Table
+        The four of them.
+    """
+
+    family: BranchFamily
+    functions: tuple[Table, ...] = field(init=False)
+    _solved: dict[tuple[tuple[float, ...], bytes], Array] = field(default_factory=dict)
+    _coarse: tuple[Array, Array, Array] | None = None
+
+    def __post_init__(self) -> None:
+        def function(i: int) -> Callable[[tuple[float, ...], Array], Array]:
+            return lambda q, radius: np.asarray(self._solve(q, radius)[i])
+
+        family = self.family
+        # decades of radius below the largest; pull-off is nearly always within, and what is below goes on as a power law
+        self.functions = tuple(
+            Table(function(i), family.coordinates, family.limit, decades=2) for i in range(FUNCTIONS)
+        )
+
+    def _solve(self, q: tuple[float, ...], radius: Array) -> Array:
+        """All four functions, shape (4, n); nan beyond the largest radius. What the tables have in common is solved once."""
+        key = (q, radius.tobytes())
+        if key not in self._solved:
+            if len(self._solved) > 100:
+                self._solved.clear()
+            branch, indenter, work = self.family.branch(q)
+            inside = radius < largest_radius(branch.kernel, indenter.reach)
+            found = np.full((FUNCTIONS, radius.size), np.nan)
+            contact = branch.at(radius[inside])
+            back, tension = contact.plain.depth - contact.depth, contact.plain.force - contact.force
+            half = np.sqrt(work)
+            found[:, inside] = contact.plain.depth, contact.plain.force, back / half, tension / half
+            self._solved[key] = found
+        return self._solved[key]
+
+    def begin(self, q: tuple[float, ...], forms: Array, deepest: float) -> float:
+        """About the x at which a depth is reached above pull-off; at the first q that was asked for, near enough to begin."""
+        if self._coarse is None:
+            branch, indenter, _ = self.family.branch(q)
+            base = branch.base if isinstance(branch, PerturbedBranch) else branch
+            length = 1.0 if base.kernel.homogeneous or base.kernel.exponent else base.kernel.length
+            most = largest_radius(base.kernel, indenter.reach)
+            radius = np.geomspace(ROUNDING * min(length, most), min(1e3 * length, most) / 2, 100)
+            contact = base.at(radius)
+            work = branch.work
+            self._coarse = np.log(radius), np.log(contact.plain.depth), np.log(contact.retraction) - np.log(work) / 2
+        x, plain, back = self._coarse
+        plain, back = np.exp(plain + forms[0]), np.exp(back + forms[2])
+        enough = (plain - back >= max(deepest, 0.0)) & (plain > back)
+        return float(x[int(np.argmax(enough)) if enough.any() else x.size - 1])
+
+
+def branch_tables(family: BranchFamily) -> BranchTables:
+    """Tables of a family, the same for all models that belong to it."""
+    try:
+        return _shared(family, family.names)
+    except TypeError:
+        # an unhashable part (a user's own indenter): tables of its own
+        return BranchTables(family)
+
+
+def forget_tables() -> None:
+    """Forget the tables that models share."""
+    _shared.cache_clear()
+
+
+@byte_cached
+def _shared(family: BranchFamily, names: tuple[str, ...]) -> BranchTables:
+    return BranchTables(family)
+
+
+_GRID = 600
+"""Points of the branch from which Newton's method begins."""
+
+
+@dataclass(frozen=True, slots=True)
+class BranchState:
+    """The branch at n values of x.
+
+    Attributes
+    ----------
+    depth, force : ndarray, shape (n,)
+        d [m], F [N].
+    depth_slope, force_slope : ndarray, shape (n,)
+        Their derivatives over x.
+    depth_by, force_by : ndarray, shape (parameters, n)
+        Their derivatives over theta at constant x.
+    """
+
+    depth: Array
+    force: Array
+    depth_slope: Array
+    force_slope: Array
+    depth_by: Array
+    force_by: Array
+
+
+@dataclass(eq=False)
+class StableBranch:
+    """The branch at given parameters, from pull-off up.
+
+    Parameters
+    ----------
+    forms : ndarray, shape (4 + coordinates,)
+        ln d0, ln F0, ln (w l/E)^(1/2), ln (w E l^3)^(1/2), q.
+    weights : ndarray, shape (4 + coordinates, parameters)
+        Their derivatives over theta.
+    tables : BranchTables
+        f_0 to f_3.
+
+    Attributes
+    ----------
+    top, fold : float
+        x at the largest contact and at pull-off, once `up_to` has been called.
+    """
+
+    forms: Array
+    weights: Array
+    tables: BranchTables
+    top: float = 0.0
+    fold: float = 0.0
+    _pieces: tuple[Piecewise, ...] = ()
+    _grid: tuple[Array, Array] | None = None
+
+    def up_to(self, deepest: float, softest: float = -np.inf) -> StableBranch:
+        """Choose the largest radius, and find pull-off below it; the branch begins where dF/dd is `softest` [N/m], or there."""
+        q = tuple(self.forms[FUNCTIONS:])
+        top = self.tables.begin(q, self.forms, deepest)
+        most = self.tables.functions[0].highest(q) - 3 * STEP
+        for _ in range(400):
+            top = min(top, most)
+            self._pieces = tuple(table.at(q, top) for table in self.tables.functions)
+            depth, rising = self._depths(np.array([top]))
+            if (depth[0] >= deepest and depth[0] > 0 and rising[0] > 0) or top >= most:
+                break
+            top += 4 * STEP
+        self.top = top
+        # six decades of radius, over which pull-off is looked for
+        x = np.append(np.arange(top - 6 * np.log(10), top - STEP / 2, STEP), top)
+        _, rising = self._depths(x)
+        below = np.flatnonzero(rising <= 0)
+        self.fold = float(x[0])
+        if below.size and below[-1] + 1 < x.size:
+            low, high = x[below[-1]], x[below[-1] + 1]
+            for _ in range(40):
+                middle = (low + high) / 2
+                if self._depths(np.array([middle]))[1][0] > 0:
+                    high = middle
+                else:
+                    low = middle
+            self.fold = float(high)
+        # denser towards pull-off, where the depth goes like the square of the distance in x
+        # distance in ln a before pull-off from which the branch is continued by its tangent
+        start = min(self.fold + 0.02, self.top - STEP)
+        if np.isfinite(softest):
+            start = self._stiffer(start, softest)
+        grid = start + (self.top - start) * np.linspace(0, 1, _GRID) ** 2
+        self._grid = (grid, self._depths(grid)[0])
+        return self
+
+    def _stiffer(self, start: float, softest: float) -> float:
+        """Smallest x from `start` on with a stiffness of `softest` or more; dF/dd grows along the branch."""
+        for _ in range(2):
+            x = np.linspace(start, self.top - STEP, _GRID // 4)
+            state = self.at(x)
+            below = np.flatnonzero(state.force_slope < softest * state.depth_slope)
+            if not below.size:
+                return start
+            start = float(x[below[-1]])
+            end = float(x[min(below[-1] + 1, x.size - 1)])
+        return end
+
+    def _depths(self, x: Array) -> tuple[Array, Array]:
+        """Depth and its slope."""
+        (plain, up, _), (back, fall, _) = self._pieces[0].at(x), self._pieces[2].at(x)
+        plain, back = np.exp(plain + self.forms[0]), np.exp(back + self.forms[2])
+        return plain - back, plain * up - back * fall
+
+    def radius_at(self, depth: Array) -> tuple[Array, Array]:
+        """x at depths, and the distance of depths beyond the ends of the branch [m]."""
+        assert self._grid is not None
+        grid, depths = self._grid
+        inside = np.clip(depth, depths[0], depths[-1])
+        cell = np.clip(np.searchsorted(depths, inside), 1, grid.size - 1)
+        low, high = grid[cell - 1], grid[cell]
+        x = np.interp(inside, depths, grid)
+        # turns of Newton's method at most; four are usual
+        for _ in range(6):
+            value, rising = self._depths(x)
+            trial = np.clip(x - (value - inside) / rising, low, high)
+            moved = float(np.abs(trial - x).max(initial=0.0))
+            x = trial
+            # quadratic convergence
+            if moved < 1e-7:
+                break
+        return x, depth - inside
+
+    def at(self, x: Array) -> BranchState:
+        """Everything at given x."""
+        parts, slopes, by = [], [], []
+        for i, piece in enumerate(self._pieces):
+            value, rising, others = piece.at(x)
+            part = np.exp(value + self.forms[i])
+            log_by = np.repeat(self.weights[i][:, None], x.size, axis=1)
+            for j, other in enumerate(others):
+                log_by += self.weights[FUNCTIONS + j][:, None] * other
+            parts.append(part)
+            slopes.append(part * rising)
+            by.append(part * log_by)
+        return BranchState(
+            parts[0] - parts[2],
+            parts[1] - parts[3],
+            slopes[0] - slopes[2],
+            slopes[1] - slopes[3],
+            by[0] - by[2],
+            by[1] - by[3],
+        )

@@ -1,0 +1,338 @@
+"""Many curves with one case: in parallel, with progress; a bad curve becomes a record with its reason."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+import xarray as xr
+
+from flatpunch._support.checks import Array, shown
+from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
+from flatpunch._support.readable import Table, readable
+from flatpunch._support.threads import cores
+from flatpunch.fits.fitting import fit_model
+from flatpunch.fits.measured.curve import Curve, check_curves
+from flatpunch.fits.measured.files.readers import read_curve
+from flatpunch.fits.models import Model, model_of
+from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fits.places import Place, Records, keys_of, listed, on_grid
+from flatpunch.fits.report.findings import doubts
+from flatpunch.fits.report.quantities import label, unit_of
+from flatpunch.fits.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, Relaxation
+from flatpunch.parallel.calls import map_calls
+from flatpunch.parallel.work import Missing
+from flatpunch.parallel.worker import processes
+
+_CHUNK = 16
+"""Curves between two reports of progress, whose records are kept in one file."""
+_SHOWN = 20
+"""Curves that a batch shows as a table."""
+
+
+@readable
+@dataclass(frozen=True)
+class Batch:
+    """Results of many fits.
+
+    Attributes
+    ----------
+    rows : tuple of dict
+        One a curve, in the order of the input, those of a map line by line: "curve", where it comes from ("file", "index"), "ok",
+        "reason", the columns of `FitResult.row`, and in a map the position, "row" and "column".
+
+    See Also
+    --------
+    flatpunch.fit_batch : Makes it.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> batch = fp.fit_batch([curve], gel, fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)}, workers=1)
+    >>> print(len(batch.rows), batch.rows[0]["ok"])
+    1 True
+    """
+
+    rows: tuple[Plain, ...]
+
+    def _line_(self) -> str:
+        """How many curves, and how many of them can be trusted."""
+        return f"Batch({len(self.rows)} curves, {len(self.failed)} left out)"
+
+    def _table_(self) -> Table:
+        """A row for each of the first curves: name, fitted values, why it was left out."""
+        names = self.fitted
+        rows = [
+            (
+                str(row["curve"]),
+                *(text(float(row.get(name, np.nan)), unit_of(name)) for name in names),
+                str(row["reason"]),
+            )
+            for row in self.rows[:_SHOWN]
+        ]
+        title = f"{len(self.rows)} curves, {len(self.failed)} left out" + (
+            f"; the first {_SHOWN}" if len(self.rows) > _SHOWN else ""
+        )
+        return Table(title, ("curve", *map(label, names), "left out"), tuple(rows))
+
+    @property
+    def columns(self) -> list[str]:
+        """All columns, in the order in which they first appear, notes last."""
+        return columns_of(self.rows)
+
+    @property
+    def fitted(self) -> list[str]:
+        """Columns of fitted values: those with an interval."""
+        return [name.removesuffix(" low") for name in self.columns if name.endswith(" low")]
+
+    @property
+    def failed(self) -> tuple[Plain, ...]:
+        """Records of the curves that could not be evaluated, or whose values cannot be trusted; the latter keep their values."""
+        return tuple(row for row in self.rows if not row["ok"])
+
+    def column(self, name: str) -> Any:
+        """One column; nan where there is nothing."""
+        return column(self.rows, name)
+
+    def trusted(self, name: str) -> Array:
+        """Values of a fitted parameter; nan for the curves that are left out."""
+        values = np.asarray(self.column(name), dtype=float)
+        return np.where([bool(row["ok"]) for row in self.rows], values, np.nan)
+
+    def median(self, name: str, level: float = 0.95) -> Estimate:
+        """Median of a fitted parameter over the curves that count, with its confidence interval.
+
+        The interval ends at two of the values, by their rank: below the median are as many as tosses of a coin show heads. It
+        holds for any distribution, and is infinite where the curves are too few. The standard error is nan.
+
+        Examples
+        --------
+        >>> batch = fp.fits.Batch(tuple({"curve": f"{i}", "ok": True, "reason": "", "E": float(i)} for i in range(25)))
+        >>> m = batch.median("E")
+        >>> m.low, m.value, m.high
+        (7.0, 12.0, 17.0)
+        """
+        values = self.trusted(name)
+        values = np.sort(values[np.isfinite(values)])
+        if not values.size:
+            return Estimate(np.nan, np.nan, -np.inf, np.inf)
+        from scipy.stats import binom
+
+        # fewer than k of n values lie below the median with at most half of the probability that is left out
+        k = int(binom.ppf((1 - level) / 2, values.size, 0.5))
+        low, high = (values[k - 1], values[-k]) if k else (-np.inf, np.inf)
+        return Estimate(float(np.median(values)), np.nan, float(low), float(high))
+
+    def to_csv(self) -> str:
+        """The table as CSV text; units are in the titles."""
+        return csv_of(self.rows)
+
+    def dataset(self) -> xr.Dataset:
+        """The table along `curve`."""
+        return dataset_of(self.rows, "Fitted curves")
+
+    def save(self, path: str | Path) -> Path:
+        """Write the table whole or not at all: .csv or .nc."""
+        return saved(path, self.to_csv, self.dataset)
+
+
+def fit_batch(
+    curves: Iterable[Curve | str | Path],
+    medium: Body,
+    indenter: Indenter,
+    free: FreeNames = (),
+    *,
+    work_of_adhesion: float | None = None,
+    range_of_action: float | None = None,
+    relaxation: Relaxation | None = None,
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+    reading: Plain | None = None,
+    store: str | Path | None = None,
+    **settings: Unpack[SettingsOf],
+) -> Batch:
+    """Fit one case to many curves.
+
+    Parameters
+    ----------
+    curves : iterable of Curve or path
+        Curves, or files to be read; all curves of a force map.
+    medium, indenter, free, work_of_adhesion, range_of_action, relaxation
+        As for `fit`.
+    workers : int, optional
+        Processes; one for each core if left out, at most one for 64 curves.
+    progress : callable, optional
+        Called with the number of curves done so far.
+    reading : mapping, optional
+        Keyword arguments of `read_curve` for paths.
+    store : path, optional
+        Folder in which records are kept as they are made. After an interruption the same call goes on from there; curves or a
+        case that have changed since, and curves that could not be evaluated, are fitted again. Delete it when all is done.
+    **settings
+        As for `fit`; quick unless `quick=False` is given.
+
+    Returns
+    -------
+    Batch
+        One record for each curve, good or bad.
+
+    See Also
+    --------
+    fit : One curve.
+    fit_together : Several curves of one sample.
+    fit.Batch : What it returns.
+
+    Examples
+    --------
+    >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
+    >>> depth = np.linspace(-200e-9, 400e-9, 121)
+    >>> force = np.where(depth > 0, fp.indent(gel, fp.Sphere(radius=5e-6), depth=np.maximum(depth, 1e-12)).force, 0.0)
+    >>> curve = fp.Curve(depth=depth + 50e-9, force=force)
+    >>> tip, free = fp.Sphere(radius=5e-6), {"layers[0].young": fp.Free(2e3)}
+    >>> batch = fp.fit_batch([curve, curve], gel, tip, free, workers=1)  # or paths of files
+    >>> print([f"{row['layers[0].young'] / 1e3:.2f} kPa" for row in batch.rows])
+    ['5.00 kPa', '5.00 kPa']
+    """
+    check_curves(curves)
+    if reading is not None and not isinstance(reading, Mapping):
+        raise TypeError(f"reading = {shown(reading)} must be a mapping of arguments of read_curve.")
+    sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
+    given: SettingsOf = {"quick": True, **settings}
+    chosen = Settings(**given)
+    rows: list[Plain] = []
+    records = Records(store) if store is not None else None
+    for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers, records):
+        rows.extend(done)
+        if progress is not None:
+            progress(len(rows))
+    return Batch(tuple(on_grid(rows)))
+
+
+def fit_rows(
+    items: Sequence[Curve | Place],
+    sample: Sample,
+    free: Mapping[str, Free],
+    settings: Settings,
+    reading: Plain | None = None,
+    workers: int | None = None,
+    records: Records | None = None,
+) -> Iterator[list[Plain]]:
+    """Records of fits, chunk by chunk, in order; those kept in `records` are not made again. See `fit_batch`."""
+    model_of(sample, free, settings.method, settings.finite_strain)
+    job = _Job(sample, free, settings, dict(reading or {}))
+    keys = [None] * len(items) if records is None else keys_of(items, sample, free, settings, job.reading)
+    known = {} if records is None else {i: records.known[key] for i, key in enumerate(keys) if key in records.known}
+    missing = [i for i in range(len(items)) if i not in known]
+    if records is not None:
+        records.reused = len(known)
+    fresh: list[int] = []
+    place = 0
+
+    def keep() -> None:
+        if records is not None:
+            records.keep([keys[i] for i in fresh], [known[i] for i in fresh])
+        fresh.clear()
+
+    def ready() -> list[Plain]:
+        nonlocal place
+        start, place = place, next((i for i in range(place, len(items)) if i not in known), len(items))
+        return [known[i] for i in range(start, place)]
+
+    try:
+        for made in _fitted(job, [items[i] for i in missing], workers):
+            known |= {missing[i]: row for i, row in made}
+            fresh.extend(missing[i] for i, _ in made)
+            if len(fresh) >= _CHUNK:
+                keep()
+                if rows := ready():
+                    yield rows
+    except KeyboardInterrupt:
+        yield [known[i] for i in range(place, len(items)) if i in known]
+        raise
+    finally:
+        # what was fitted is kept, whatever ends the run
+        keep()
+    if rows := ready():
+        yield rows
+
+
+def _fitted(job: _Job, items: Sequence[Curve | Place], workers: int | None) -> Iterator[list[tuple[int, Plain]]]:
+    """Records as they are made, here and in worker processes, each with the index of its item."""
+    count = min(workers if workers is not None else min(cores(), 1 + len(items) // 64), len(items))
+    team = processes(count - 1) if count > 1 else None
+    for made in map_calls(job.one, items, team, here=job.one):
+        yield [(i, job.lost(items[i], row) if isinstance(row, Missing) else row) for i, row in made]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """What every worker needs to know; models are made where they are used, as their tables hold functions."""
+
+    sample: Sample
+    free: Mapping[str, Free]
+    settings: Settings
+    reading: Plain
+
+    def one(self, item: Curve | Place) -> Plain:
+        """Record of a curve."""
+        return self._one(*self._opened(item))
+
+    @cached_property
+    def _model(self) -> Model:
+        return model_of(self.sample, self.free, self.settings.method, self.settings.finite_strain)
+
+    def lost(self, item: Curve | Place, missing: Missing) -> Plain:
+        """Record of a curve that worker processes did not survive."""
+        return {**_origin(item), "ok": False, "reason": missing.reason}
+
+    def _opened(self, item: Curve | Place) -> tuple[Plain, Curve | Exception]:
+        """Where a curve comes from, and the curve or what is wrong with it."""
+        origin = _origin(item)
+        if isinstance(item, Curve):
+            return origin, item
+        try:
+            return origin, self._read(item, origin["curve"])
+        except Exception as error:
+            return origin, error
+
+    def _one(self, origin: Plain, curve: Curve | Exception) -> Plain:
+        place: dict[str, float] = {}
+        try:
+            if isinstance(curve, Exception):
+                raise curve
+            place = _position(curve)
+            result = fit_model(curve, self._model, self.free, self.settings)
+        except Exception as error:
+            # whatever is wrong with one curve must not cost the others
+            known = isinstance(error, (ValueError, TypeError, OSError))
+            reason = str(error) if known else f"{type(error).__name__}: {error}"
+            return {**origin, "ok": False, "reason": reason, **place}
+        reasons = doubts(result)
+        doubtful = {"ok": False, "reason": f"{origin['curve']}: {'; '.join(reasons)}."} if reasons else {}
+        return {**origin, **result.row(), **doubtful, **place}
+
+    def _read(self, place: Place, name: str) -> Curve:
+        return replace(read_curve(place.path, **{**self.reading, "index": place.index}), name=name)
+
+
+def _origin(item: Curve | Place) -> Plain:
+    if isinstance(item, Curve):
+        return {"curve": item.name}
+    return {"curve": item.name, "file": item.path.name, "index": item.index or 0}
+
+
+def _position(curve: Curve) -> dict[str, float]:
+    """Where in a map a curve was taken [m]."""
+    known = curve.meta.get("metadata", {})
+    return {key: float(known[key]) for key in ("position x", "position y") if known.get(key) is not None}

@@ -1,0 +1,399 @@
+"""Case files of a fit: like those of `solve`, with { fit = "5 kPa", min = ..., max = ... } where a value is looked for.
+
+Two more tables: [fit] says how to fit, [curve] how to read the curve; both may be left out, and so may [control].
+`describe_fit` says in lines for people what a file asks for, and how long it takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import Field
+
+from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
+from flatpunch._support.readable import readable
+from flatpunch.contact.default import EXACT
+from flatpunch.files import CaseError, describe_sample
+from flatpunch.files.cases import ContactTable, case_text, parsed
+from flatpunch.files.descriptions import takes
+from flatpunch.files.tables.fields import validated
+from flatpunch.files.tables.media import body
+from flatpunch.fits.adhesion.model import adhesive_method
+from flatpunch.fits.cases import (
+    CorrectTable,
+    CurveTable,
+    FilmTable,
+    FitTable,
+    OneCurveTable,
+    PlanTable,
+    PosteriorTable,
+    prior_of,
+    split,
+)
+from flatpunch.fits.elastic.model import method_for
+from flatpunch.fits.elastic.table import KNOTS
+from flatpunch.fits.fitting import fit_ranges
+from flatpunch.fits.half_space.formulas import layer_on_top
+from flatpunch.fits.measured.curve import Curve
+from flatpunch.fits.measured.files.readers import read_curve
+from flatpunch.fits.models import check_free, check_segment, segments
+from flatpunch.fits.parameters.priors import Prior
+from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.scaling import scaling
+from flatpunch.fits.parameters.settings import Free, Settings
+from flatpunch.fits.parameters.unknowns import NUISANCE
+from flatpunch.fits.plan import Plan, PlanScan, plan_scan, planned
+from flatpunch.fits.report.log_posterior import CALIBRATION
+from flatpunch.fits.report.quantities import between, unit_of
+from flatpunch.fits.report.result import FitResult
+from flatpunch.fits.together import Measured
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, HalfSpace, Relaxation
+from flatpunch.media.material import young_and_poisson
+
+DRIFTING = "layers[0].young"
+"""What `drift` follows over the depth."""
+
+
+@readable
+@dataclass(frozen=True)
+class FitCase:
+    """What a case file of a fit asks for, SI.
+
+    Parameters
+    ----------
+    title : str
+        One line.
+    medium, indenter : object
+        Known values, and starting values of the free ones.
+    free : mapping of str to Free
+        What is fitted.
+    settings : Settings
+        How.
+    reading : mapping
+        Keyword arguments of `read_curve`.
+    work_of_adhesion, range_of_action : float or None
+        [J/m^2], [m].
+    relaxation : object or None
+        How the medium relaxes.
+    film : mapping
+        Tip and machine of a nanoindentation test, from [film].
+    curves : tuple of mapping
+        Curves of a joint fit, from [[curves]]: "path", "indenter", "values" and "reading" of each.
+    own : tuple of str
+        Free parameters that each of these curves has for itself.
+    correct : mapping
+        What `correct` takes besides medium and indenter, from [correct]: reported modulus, depth, model.
+    priors : mapping of str to Normal, LogNormal or Uniform
+        What is known beforehand, from [priors].
+    posterior : mapping
+        "draws" and "seed", from [posterior].
+    plan : mapping
+        Arguments of `planned`, from [plan]; empty without one.
+
+    See Also
+    --------
+    flatpunch.fits.read_fit_case : Makes it.
+
+    Examples
+    --------
+    >>> from flatpunch.fits import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(case.title)
+    Thin gel under a bead
+    """
+
+    title: str
+    medium: Body
+    indenter: Indenter
+    free: Mapping[str, Free]
+    settings: Settings
+    reading: Plain = field(default_factory=dict)
+    work_of_adhesion: float | None = None
+    range_of_action: float | None = None
+    relaxation: Relaxation | None = None
+    film: Plain = field(default_factory=dict)
+    curves: tuple[Plain, ...] = ()
+    own: tuple[str, ...] = ()
+    correct: Plain = field(default_factory=dict)
+    priors: Mapping[str, Prior] = field(default_factory=dict)
+    posterior: Plain = field(default_factory=dict)
+    plan: Plain = field(default_factory=dict)
+
+    @property
+    def sample(self) -> Sample:
+        """Medium, tip and what goes with them."""
+        return Sample(self.medium, self.indenter, self.work_of_adhesion, self.range_of_action, self.relaxation)
+
+    @property
+    def arguments(self) -> Plain:
+        """What `fit` takes by name, after the curve, medium, indenter and free."""
+        more = {
+            name: value
+            for name in ("work_of_adhesion", "range_of_action", "relaxation")
+            if (value := getattr(self, name)) is not None
+        }
+        return {**more, **asdict(self.settings)}
+
+
+class FitCaseTable(ContactTable):
+    """The whole file."""
+
+    method: str = "auto"
+    fit: FitTable | None = None
+    curve: CurveTable | None = None
+    film: FilmTable | None = None
+    correct: CorrectTable | None = None
+    curves: list[OneCurveTable] = Field(default=[])
+    priors: Plain = Field(default={})
+    posterior: PosteriorTable | None = None
+    plan: PlanTable | None = None
+
+    def build(self, folder: Path) -> FitCase:
+        """Return the case, still without free parameters."""
+        method: Any = self.method  # a text until it is checked here
+        settings = Settings(method=method, finite_strain=self.finite_strain, **(self.fit.built if self.fit else {}))
+        method_for(self.indenter.built, method)
+        case = FitCase(
+            self.title,
+            body(self.layers, self.base, self.upper, self.lower),
+            self.indenter.built,
+            {},
+            settings,
+            self.curve.built if self.curve else {},
+            self.work_of_adhesion,
+            self.range_of_action,
+            self.relaxation.built if self.relaxation else None,
+            self.film.built if self.film else {},
+            tuple(curve.built for curve in self.curves),
+            correct=self.correct.built if self.correct else {},
+            priors={name: prior_of(name, table) for name, table in self.priors.items()},
+            posterior=self.posterior.built if self.posterior else {},
+            plan=self.plan.built if self.plan else {},
+        )
+        # whether its parts go together
+        sample = case.sample
+        if sample.work_of_adhesion is not None:
+            adhesive_method(sample.indenter, method)
+        check_segment(settings.segment, segments(sample.work_of_adhesion is not None, sample.relaxation is not None))
+        return case
+
+
+def read_fit_case(path: str | Path) -> FitCase:
+    """Read and check the case file of a fit.
+
+    Parameters
+    ----------
+    path : path
+        TOML file.
+
+    Returns
+    -------
+    FitCase
+
+    Raises
+    ------
+    CaseError
+        If the file is unreadable or describes no fit; all problems found are listed.
+
+    See Also
+    --------
+    flatpunch.fit : Takes what it holds.
+    flatpunch.read_case : A case to be solved.
+
+    Examples
+    --------
+    >>> from flatpunch.fits import read_fit_case
+    >>> path = fp.files.shipped_cases()[0].parent / "fit" / "thin_gel.toml"
+    >>> case = read_fit_case(path)
+    >>> print(sorted(case.free))
+    ['layers[0].young']
+    """
+    path = Path(path)
+    return fit_case_from(parsed(case_text(path), path), path)
+
+
+def fit_case_from(data: Plain, path: Path) -> FitCase:
+    """Check the tables of a case file of a fit; messages call it `path`, and files that it names are beside it."""
+    try:
+        plain, found, own = split(data)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+    case: FitCase = validated(FitCaseTable, plain, path, folder=path.parent).built
+    known = case.sample.names
+    for name in found:
+        if name not in known:
+            raise CaseError(f"{path}: {name} cannot be fitted; in this case one can fit {', '.join(known)}.")
+    try:
+        case = replace(case, free=found, own=own)
+        check_free(case.sample, found)
+        _check_curves(case)
+        _check_knowledge(case)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+    return case
+
+
+def _check_curves(case: FitCase) -> None:
+    """Refuse what only a joint fit has a use for, and curves whose parameters the case does not have."""
+    if case.own and not case.curves:
+        raise ValueError(f"{case.own[0]} has each = true, which goes with two or more tables [[curves]].")
+    if len(case.curves) == 1:
+        raise ValueError(
+            "curves has one entry; two or more are fitted together. Give a single one on the command line."
+        )
+    for i, curve in enumerate(case.curves):
+        unknown = sorted(set(curve["values"]) - set(case.sample.names))
+        if unknown:
+            raise ValueError(
+                f"curves[{i}].values: {unknown[0]} is not part of this case; it has {', '.join(case.sample.names)}."
+            )
+
+
+def _check_knowledge(case: FitCase) -> None:
+    """Refuse priors of what is not there, and plans of what cannot be planned."""
+    known = (*case.sample.names, *case.settings.nuisance, *CALIBRATION)
+    for name, prior in case.priors.items():
+        if name not in known:
+            raise ValueError(f"priors: {name} is not part of this case; it has {', '.join(known)}.")
+        if name in case.sample.names and name not in case.free:
+            _check_prior(name, case.sample.value(name), prior)
+    if case.plan and (case.relaxation is not None or case.curves or case.film):
+        raise ValueError(
+            "[plan] is for a single curve of an elastic or adhesive contact; leave it out of fits of relaxation, of several "
+            "curves and of films."
+        )
+    if case.plan and not case.free:
+        raise ValueError("[plan] needs something to be fitted: write { fit = ... } in place of a value.")
+
+
+def _check_prior(name: str, value: float, prior: Prior) -> None:
+    """Refuse a prior that excludes what the case holds for known: draws would look for a contact that nobody has described."""
+    place, centre = np.array(value), np.array(prior.centre)
+    missed = 2 * float(prior.logarithm(centre) - prior.logarithm(place))
+    # standard deviations: ten are no accident
+    if missed > 100:
+        unit = unit_of(name)
+        raise ValueError(
+            f"priors: {name} is {text(prior.centre, unit)} ± {text(prior.spread, unit)}, but the case has "
+            f"{text(value, unit)}. Check the units, or give the case the value of the prior."
+        )
+
+
+def plan_of(case: FitCase) -> Plan | PlanScan:
+    """What the planned curve of a case will determine, or those of all its tips and depths."""
+    spring = {"spring_constant": case.reading["spring_constant"]} if "spring_constant" in case.reading else {}
+    plan = dict(case.plan)
+    depth, tips = plan.pop("depth"), plan.pop("indenters", {})
+    rest = {
+        **spring,
+        **plan,
+        "priors": {name: prior for name, prior in case.priors.items() if name in (*case.free, *case.settings.nuisance)},
+        "work_of_adhesion": case.work_of_adhesion,
+        "contact": case.settings.contact,
+        "baseline": case.settings.baseline,
+    }
+    if not tips and not isinstance(depth, list):
+        return planned(case.medium, case.indenter, case.free, depth=depth, **rest)
+    depths = depth if isinstance(depth, list) else [depth]
+    return plan_scan(case.medium, {"that of the case": case.indenter, **tips}, case.free, depths=depths, **rest)
+
+
+def read_measured(case: FitCase) -> list[Measured]:
+    """Read the curves of a joint fit, CurveError if one cannot be read; curves of the same name get their number."""
+    found: list[Measured] = []
+    for entry in case.curves:
+        reading = {**case.reading, **entry["reading"]}
+        curve = read_curve(entry["path"], **reading)
+        alike = sum(m.curve.name.partition(" #")[0] == curve.name for m in found)
+        curve = replace(curve, name=f"{curve.name} #{alike + 1}") if alike else curve
+        found.append(Measured(curve, entry["indenter"], entry["values"]))
+    return found
+
+
+def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]]:
+    """Fit up to several depths, with the case and with a half-space of the top layer's Poisson ratio, as `fit_ranges` does.
+
+    The modulus is "layers[0].young", which must be free, and "base.young" of the half-space.
+    """
+    if DRIFTING not in case.free:
+        raise ValueError(f"--drift shows {DRIFTING}, which is not fitted in this case.")
+    _, top = layer_on_top(case.medium)
+    layered = fit_ranges(curve, case.medium, case.indenter, case.free, **case.arguments)
+    body = HalfSpace(*young_and_poisson(top))
+    return layered, fit_ranges(curve, body, case.indenter, ["base.young"], **case.arguments)
+
+
+_MEMORY = 300e6
+"""Memory of the program with the libraries of a fit [bytes]."""
+
+
+def describe_fit(case: FitCase) -> Iterator[str]:
+    """Yield lines that say what a case would fit."""
+    settings = case.settings
+    yield from describe_sample(
+        case.title, case.medium, case.indenter, case.work_of_adhesion, case.range_of_action, case.relaxation
+    )
+    for i, (name, free) in enumerate(case.free.items()):
+        unit = unit_of(name)
+        limits = between(free.minimum, free.maximum, unit)
+        own = ", for each curve" if name in case.own else ""
+        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {text(case.sample.value(name), unit)}{limits}{own}"
+    if case.correct:
+        yield f"Reported  {_reported(case)}"
+    elif not case.free:
+        yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
+    for i, entry in enumerate(case.curves):
+        others = [f"{name} = {text(value, unit_of(name))}" for name, value in entry["values"].items()]
+        tip = [f"{entry['indenter']!r}"] if entry["indenter"] is not None else []
+        yield f"{'Curves' if i == 0 else '':<9} {', '.join([entry['path'].name, *tip, *others])}"
+    given = settings.contact
+    contact = f"free{between(*given, 'm')}" if isinstance(given, tuple) else given
+    contact = text(contact, "m") if isinstance(contact, float) else contact
+    default = segments(case.work_of_adhesion is not None, case.relaxation is not None)[0]
+    segment = default if settings.segment == "auto" else settings.segment
+    yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {segment}"
+    method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
+    chosen = method or method_for(case.indenter, settings.method)
+    name = chosen if isinstance(chosen, str) else chosen.name
+    exact = case.indenter.round and name != "bem"
+    series = name in ("second-order", "fourth-order")
+    if case.film:
+        yield "Method    stiffness of a flat punch of the contact area, for `flatpunch fit-film`"
+    else:
+        yield f"Method    {EXACT if exact else name}"
+    forces = (
+        "exact" if exact or case.film else "known to some tenths of a per cent" if series else "as good as the method"
+    )
+    yield f"Expected  forces of the model {forces}; the result has intervals of its values"
+    yield f"Takes     {takes(_MEMORY, _seconds(case))}"
+    if case.plan:
+        for i, line in enumerate(plan_of(case).summary().splitlines()):
+            yield f"{'Planned' if i == 0 else '':<9} {line}"
+
+
+def _seconds(case: FitCase) -> float:
+    """Time of the first curve: tables over the shape of the problem, with six nodes along each of its free numbers."""
+    if case.work_of_adhesion is not None or case.relaxation is not None:
+        return 1.0
+    free = [name for name in case.free if name not in NUISANCE]
+    if case.correct and not free:
+        free = [DRIFTING]
+    shapes = len(scaling(case.medium, case.indenter, free).coordinates)
+    method = method_for(case.indenter, case.settings.method)
+    name = method if isinstance(method, str) else method.name
+    # a table over five decades of depth, in orders of magnitude; 130 contacts by boundary elements
+    table = 60.0 if name == "bem" else 0.3 if case.indenter.round else 15.0 if name == "refined" else 3.0
+    return table * float(KNOTS) ** shapes
+
+
+def _reported(case: FitCase) -> str:
+    found = case.correct
+    model = f", formula {found['model']}" if found["model"] else ""
+    return f"{text(found['reported'], 'Pa')} at a depth of {text(found['depth'], 'm')}{model}, for `flatpunch correct`"

@@ -1,0 +1,165 @@
+"""The unknowns of a fit in one vector: x = (theta, contact, and the coefficients of the background as far as they are free).
+
+theta are the free parameters in their internal form. The background is what the force reads without contact, over the position
+p of the cantilever's base (of the tip where there is no cantilever):
+
+    B = baseline + tilt (p - p_1) + drag v,
+
+with v the speed of p. contact is in units of the depth range from the first point, forces in units of the force range, so that
+all of x are of order one; the baseline counts from the median of the measured force, so that no offset of it is large.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from flatpunch._support.checks import Array
+from flatpunch.fits.measured.curve import Curve
+
+NUISANCE = ("contact", "baseline", "tilt", "drag")
+
+
+class Frame(NamedTuple):
+    """Units of x: first depth and depth range [m], force range and median [N], first position and range [m], speed [m/s]."""
+
+    origin: float
+    width: float
+    span: float
+    level: float
+    first: float
+    way: float
+    speed: float = 1.0
+
+
+def frame_of(depth: Array, force: Array, position: Array | None = None, speed: Array | None = None) -> Frame:
+    """Units of x for a curve."""
+    way = depth if position is None else position
+    fastest = float(np.abs(speed).max()) if speed is not None and speed.size else 1.0
+    return Frame(
+        float(depth.min()),
+        float(np.ptp(depth)),
+        float(np.ptp(force)),
+        float(np.median(force)),
+        float(way.min()),
+        float(np.ptp(way)),
+        fastest or 1.0,
+    )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Unknowns(ABC):
+    """A least-squares problem of one curve, and what x stands for in it.
+
+    Parameters
+    ----------
+    model : object
+        Forward model; its `free` names the entries of theta.
+    nuisance : tuple of str
+        Which of `NUISANCE` are free, in the order of x.
+    held : dict of str to float
+        The others, SI.
+    frame : Frame
+        Units.
+    depth, force : ndarray, shape (n,)
+        Readings [m, N].
+    weight : ndarray, shape (n,), optional
+        Factors of the residuals.
+    spring : float, optional
+        Stiffness of the cantilever [N/m].
+    speed : ndarray, shape (n,), optional
+        Speed of the cantilever's base [m/s].
+    counts : ndarray, shape (n,), optional
+        Readings behind each entry, where entries are means.
+    turned : float
+        -1 where the depth of the file has the other sign.
+    """
+
+    model: Any
+    nuisance: tuple[str, ...]
+    held: dict[str, float]
+    frame: Frame
+    depth: Array
+    force: Array
+    weight: Array | None = None
+    spring: float | None = None
+    speed: Array | None = None
+    counts: Array | None = None
+    turned: float = 1.0
+    position: Array = field(init=False, repr=False)
+    """Of the cantilever's base, of the tip where there is no cantilever [m]."""
+    _units: dict[str, tuple[float, float]] = field(init=False, repr=False)
+    _before: dict[int | str, Array] = field(default_factory=dict, repr=False)  # where the next evaluation starts
+
+    @abstractmethod
+    def evaluate(self, x: Array) -> tuple[Array, Array]:
+        """Residuals, shape (n,), and derivatives, shape (parameters, n), both over the force range."""
+
+    @abstractmethod
+    def residuals(self, x: Array) -> Array:
+        """Residuals over the force range, shape (n,)."""
+
+    @abstractmethod
+    def over(self, curve: Curve, x: Array) -> Array:
+        """Fitted force at all points of the curve that is shown [N]."""
+
+    @abstractmethod
+    def indentation(self, curve: Curve, x: Array) -> Array:
+        """Indentation depth at all points of the curve that is shown [m]."""
+
+    def __post_init__(self) -> None:
+        f = self.frame
+        scales = {
+            "contact": (f.origin, f.width),
+            "baseline": (f.level, f.span),
+            "tilt": (0.0, f.span / f.way),
+            "drag": (0.0, f.span / f.speed),
+        }
+        object.__setattr__(self, "_units", scales)
+        object.__setattr__(self, "position", self.depth)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all entries of x."""
+        return (*self.model.free, *self.nuisance)
+
+    @property
+    def units(self) -> dict[str, tuple[float, float]]:
+        """Offset and unit of contact and of the coefficients of the background in x, SI."""
+        return self._units
+
+    def scales(self) -> dict[str, tuple[float, float]]:
+        """The same for reports: the contact point has the sign of the file."""
+        offset, unit = self._units["contact"]
+        return {**self._units, "contact": (self.turned * offset, self.turned * unit)}
+
+    def split(self, x: Array) -> tuple[Array, dict[str, float]]:
+        """Free parameters (internal) and all of contact and background in SI."""
+        count = len(self.model.free)
+        values = dict(self.held)
+        for name, value in zip(self.nuisance, x[count:], strict=True):
+            offset, unit = self._units[name]
+            values[name] = offset + unit * float(value)
+        return x[:count], values
+
+    def background(self, rest: Mapping[str, Any], position: Array, speed: Array | None) -> Array:
+        """Background without its baseline [N]; for several vectors at once the coefficients are columns, shape (vectors, 1)."""
+        result = np.zeros_like(position)
+        if np.any(rest.get("tilt", 0.0)):
+            result = result + rest["tilt"] * (position - self.frame.first)
+        if speed is not None and np.any(rest.get("drag", 0.0)):
+            result = result + rest["drag"] * speed
+        return result
+
+    def column(self, name: str, rest: dict[str, float], position: Array, speed: Array | None) -> Array:
+        """Derivative of the background over an entry of x, over the force range."""
+        along = position - self.frame.first
+        if name == "baseline":
+            return np.ones_like(position)
+        if name == "tilt":
+            return along / self.frame.way
+        return np.zeros_like(position) if speed is None else speed / self.frame.speed

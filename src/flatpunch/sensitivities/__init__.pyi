@@ -1,0 +1,3 @@
+from .derivatives import sensitivity
+
+__all__ = ["sensitivity"]

@@ -1,3 +1,0 @@
-from .sensitivity import sensitivity
-
-__all__ = ["sensitivity"]

@@ -1,0 +1,18 @@
+from .energy import energy_by_depth
+from .failure.critical_load import CriticalLoad, critical_load, critical_loads
+from .failure.strength import Strength
+from .loads import DiscLoad, PatchLoad
+from .peaks import peak_stresses
+from .points import fields
+
+__all__ = [
+    "CriticalLoad",
+    "DiscLoad",
+    "PatchLoad",
+    "Strength",
+    "critical_load",
+    "critical_loads",
+    "energy_by_depth",
+    "fields",
+    "peak_stresses",
+]

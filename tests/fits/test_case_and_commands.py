@@ -1,0 +1,188 @@
+"""Case files of fits, the two commands, batches and pictures."""
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from flatpunch.cli.app import app
+from flatpunch.files import CaseError, load
+from flatpunch.fits import Curve, Free, Settings, fit
+from flatpunch.fits.batch import fit_batch
+from flatpunch.fits.case import FitCase, drift, read_fit_case
+from flatpunch.fits.distributions import map_figure
+from flatpunch.fits.pictures import fit_figure
+from flatpunch.indenters import Sphere
+from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TransverselyIsotropicLayer
+from support.synthetic_curves import synthetic
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
+GEL = Medium([Layer(5e3, 0.5, 1e-6)], RigidBase())
+YOUNG = "layers[0].young"
+CASE = """
+[[layers]]
+young = { fit = "5 kPa", min = "1 kPa", max = "50 kPa" }
+poisson = 0.5
+thickness = { fit = "1 um" }
+[base]
+kind = "rigid"
+[indenter]
+kind = "pyramid"
+sides = 4
+half_opening_angle = { fit = "35 deg", min = "30 deg", max = "40 deg" }
+"""
+
+
+def _case(folder, text=CASE):
+    path = folder / "case.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_free_values_of_a_case(tmp_path):
+    case = read_fit_case(_case(tmp_path))
+    assert list(case.free) == [YOUNG, "layers[0].thickness", "indenter.inclination"]
+    assert case.medium.layers[0].young == 5e3
+    assert case.free[YOUNG].minimum == 1e3
+    # half opening angle and inclination add up to a right angle: limits change places
+    np.testing.assert_allclose(
+        np.degrees([case.free["indenter.inclination"].minimum, case.free["indenter.inclination"].maximum]), [50, 60]
+    )
+    assert case.settings.method == "auto"
+
+
+def test_curve_and_fit_tables(tmp_path):
+    text = (
+        CASE
+        + '[fit]\nbaseline = "linear"\ndepth_to = "300 nm"\n[curve]\nspring_constant = "0.05 N/m"\nunits = { force = "nN" }\n'
+    )
+    case = read_fit_case(_case(tmp_path, text))
+    assert case.settings.baseline == "linear"
+    assert case.settings.depth_to == 3e-7
+    assert case.reading["spring_constant"] == 0.05
+    assert case.reading["units"] == {"force": "nN"}
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('min = "1 kPa"', 'min = "1 km"', r"layers\[0\].young.min = '1 km' has the dimension of a length"),
+        ('min = "1 kPa"', 'lowest = "1 kPa"', "lowest is no known field"),
+        ('fit = "5 kPa"', 'fit = "5"', "has no unit"),
+        ("sides = 4", "sides = { fit = 4 }", "cannot be fitted"),
+        ('kind = "rigid"', 'kind = "half-space"', "young is missing"),
+        ("[base]", "[fit]\nbaseline = 'cubic'\n[base]", "baseline = 'cubic'"),
+    ],
+)
+def test_mistakes_in_a_case(tmp_path, old, new, message):
+    with pytest.raises(CaseError, match=message):
+        read_fit_case(_case(tmp_path, CASE.replace(old, new)))
+
+
+@pytest.mark.long
+def test_example_gives_its_known_answer(tmp_path):
+    """The example's curve was made with 2.6 kPa and 60 pN of noise."""
+    picture, table, drift = tmp_path / "fit.png", tmp_path / "fit.csv", tmp_path / "drift.png"
+    done = CliRunner().invoke(
+        app,
+        [
+            "fit",
+            str(EXAMPLES / "thin_gel.csv"),
+            str(EXAMPLES / "thin_gel.toml"),
+            "--plot",
+            str(picture),
+            "-o",
+            str(table),
+            "--profile",
+            "--drift",
+            str(drift),
+        ],
+    )
+    assert done.exit_code == 0, done.output
+    assert "2.6 kPa" in done.output
+    assert "profile" in done.output
+    assert min(picture.stat().st_size, drift.stat().st_size) > 10_000
+    (values,) = csv.DictReader(table.read_text(encoding="utf-8").splitlines())
+    # four standard errors
+    assert float(values["layers[0].young [Pa]"]) == pytest.approx(
+        2600, abs=4 * float(values["layers[0].young stderr [Pa]"])
+    )
+
+
+def test_folder(tmp_path):
+    """One bad file among the curves is told and costs nothing else; the table has a line for it."""
+    for i in range(3):
+        (tmp_path / f"c{i}.csv").write_text((EXAMPLES / "thin_gel.csv").read_text(encoding="utf-8"), encoding="utf-8")
+    (tmp_path / "broken.csv").write_text("depth (nm),force (nN)\n1,2\n3,4\n", encoding="utf-8")
+    out = tmp_path.parent / f"{tmp_path.name}.nc"
+    done = CliRunner().invoke(
+        app,
+        ["fit", str(tmp_path), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--plot", str(out.with_suffix(".png"))],
+    )
+    assert done.exit_code == 0, done.output
+    assert "3 of 4 curves fitted" in done.output
+    assert "a fit needs 12 or more" in done.output
+    table = load(out)
+    assert table["ok"].values.tolist() == [False, True, True, True]
+    np.testing.assert_allclose(table[YOUNG].values[1:], 2600, rtol=0.01)
+
+
+def test_correct_command():
+    done = CliRunner().invoke(
+        app, ["correct", str(EXAMPLES / "thin_gel.toml"), "--reported", "8 kPa", "--depth", "500 nm"]
+    )
+    assert done.exit_code == 0, done.output
+    assert "Dimitriadis" in done.output
+    assert "Clifford" in done.output
+    bad = CliRunner().invoke(app, ["correct", str(EXAMPLES / "thin_gel.toml"), "--reported", "8", "--depth", "500 nm"])
+    assert bad.exit_code == 2
+    assert "--reported = '8' has no unit" in bad.output
+
+
+def test_command_refuses_before_fitting(tmp_path):
+    done = CliRunner().invoke(app, ["fit", "x.csv", str(EXAMPLES / "thin_gel.toml"), "-o", "x.docx"])
+    assert done.exit_code == 2
+    assert "the ending must be .csv or .nc" in done.output
+
+
+@pytest.mark.long
+def test_batch_keeps_order_and_reasons(tmp_path):
+    curves = [synthetic(GEL, Sphere(3e-6), 0.4e-6, seed=i, points=300) for i in range(40)]
+    curves[5] = Curve(curves[5].depth, np.ones(300), name="flat")
+    seen = []
+    one = fit_batch(curves, GEL, Sphere(3e-6), [YOUNG], workers=1, progress=seen.append)
+    two = fit_batch(curves, GEL, Sphere(3e-6), [YOUNG], workers=2)
+    assert seen[-1] == 40
+    assert [row["curve"] for row in two.rows][4:7] == ["synthetic-4", "flat", "synthetic-6"]
+    assert len(two.failed) == 1
+    assert "at every point" in two.failed[0]["reason"]
+    np.testing.assert_array_equal(one.column(YOUNG), two.column(YOUNG))
+    assert np.nanmedian(one.column(YOUNG)) == pytest.approx(5e3, rel=0.01)
+    one.save(tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text(encoding="utf-8").startswith("curve,ok,reason,layers[0].young [Pa]")
+    with pytest.raises(ValueError, match=r"kept as .csv or .nc"):
+        one.save(tmp_path / "t.txt")
+
+
+@pytest.mark.long
+def test_pictures():
+    film = Medium([Layer(5e3, 0.4, 1e-6)], HalfSpace(1e4, 0.3))
+    curve = synthetic(film, Sphere(3e-6), 0.3e-6, points=200)
+    result = fit(curve, film, Sphere(3e-6), {YOUNG: None, "base.young": (5e3, 1e5)})
+    assert len(fit_figure(result).axes) == 2
+    # a force map: positions come with the curves
+    curves = [
+        Curve(curve.depth, curve.force, meta={"metadata": {"position x": i * 1e-6, "position y": 0.0}})
+        for i in range(3)
+    ]
+    batch = fit_batch(curves, film, Sphere(3e-6), [YOUNG], workers=1)
+    assert len(map_figure(batch, YOUNG).axes) == 3  # map, its bar, histogram
+
+
+def test_a_drift_needs_a_homogeneous_layer_on_top():
+    fibres = Medium([TransverselyIsotropicLayer(2e4, 1e4, 0.3, 0.2, 4e3, 1e-6)], RigidBase())
+    case = FitCase("fibres", fibres, Sphere(5e-6), {YOUNG: Free()}, Settings())
+    with pytest.raises(ValueError, match=r"layers\[0\] must be a homogeneous layer"):
+        drift(Curve(np.linspace(0, 1e-7, 20), np.linspace(0, 1e-9, 20)), case)
