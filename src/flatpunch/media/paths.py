@@ -67,10 +67,11 @@ def _replaced(thing: Any, changes: Any) -> Any:
     if isinstance(thing, Base) and "base" in changes:
         return _replaced(thing, changes["base"])
     own = {field.name for field in dataclasses.fields(thing)}
-    if isinstance(thing, Material) and (groups := (_GROUPS & changes.keys()) - own):
-        changes = dict(changes)
-        for group in groups:
-            thing = thing.times(changes.pop(group) / getattr(thing, group))
-    return dataclasses.replace(
-        thing, **{name: _replaced(getattr(thing, name), change) for name, change in changes.items()}
+    groups = (_GROUPS & changes.keys()) - own if isinstance(thing, Material) else set()
+    found: Any = dataclasses.replace(
+        thing,
+        **{name: _replaced(getattr(thing, name), change) for name, change in changes.items() if name not in groups},
     )
+    for group in groups:
+        found = found.times(changes[group] / getattr(found, group))
+    return found

@@ -15,7 +15,7 @@ from flatpunch.contact import Method, MethodName, method_of
 from flatpunch.contact.physics import NEO_HOOKEAN, FiniteStrain
 from flatpunch.fits.measured.orientation import Direction
 from flatpunch.fits.measured.signal import Adhesion
-from flatpunch.fits.parameters.unknowns import NUISANCE
+from flatpunch.fits.parameters.numbers import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Baseline = Literal["auto", "constant", "linear", "none"]
