@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from flatpunch.contact import pull_off
+from flatpunch.contact.physics import Physics
 from flatpunch.fits import Curve, CurveError, Sample, fit
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.pictures import fit_figure
@@ -42,7 +43,7 @@ W = 1e-4
     ],
 )
 def test_tables_give_the_exact_branch_and_its_derivatives(medium, tip, free):
-    model = AdhesiveModel(Sample(medium, tip, W), free)
+    model = AdhesiveModel(Sample(medium, tip, Physics(W)), free)
     theta = model.start()
     lost = pull_off(medium, tip, work_of_adhesion=W).depth_minimum
     # tables are good to 1e-7 of the largest force; pull-off is a minimum and found to rounding of those

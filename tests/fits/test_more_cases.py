@@ -343,7 +343,9 @@ def test_batch_of_relaxing_curves():
     curve = read_curve(EXAMPLES / "relaxing_cell.csv")
     part = curve.taken(slice(None, None, 5))
     bare = Curve(part.depth, part.force, name="bare")
-    batch = fit_batch([part, bare], case.medium, case.indenter, case.free, relaxation=case.relaxation, workers=1)
+    batch = fit_batch(
+        [part, bare], case.medium, case.indenter, case.free, relaxation=case.physics.relaxation, workers=1
+    )
     assert [row["ok"] for row in batch.rows] == [True, False]
     assert "no times" in batch.failed[0]["reason"]
     assert batch.rows[0]["relaxation.time"] == pytest.approx(0.8, rel=0.05)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from flatpunch.contact import indent
+from flatpunch.contact.physics import Physics
 from flatpunch.fits import Curve, CurveError, Sample, fit
 from flatpunch.fits.measured.cycles import levelled, turns
 from flatpunch.fits.pictures import fit_figure
@@ -77,7 +78,7 @@ def test_several_cycles(name, spring):
     if spring is None:
         force = indent(GEL, BEAD, time=time, depth=way, relaxation=SOLID, angles=8)["force"].values
     else:
-        force = HistoryModel(Sample(GEL, BEAD, relaxation=SOLID)).behind(
+        force = HistoryModel(Sample(GEL, BEAD, Physics(relaxation=SOLID))).behind(
             time, way, spring, np.zeros(0), None, once=False
         )[1]
     noisy = force + 0.01 * force.max() * np.random.default_rng(5).normal(size=300)
@@ -117,7 +118,7 @@ def test_behind_a_cantilever():
     spring, points = 0.05, 400
     time = np.linspace(0, 4, points)
     piezo = np.interp(time, [0, 0.3, 0.8, 3, 4], np.array([-0.5, 0, 1.5, 1.5, -0.5]) * 3e-7)
-    model = HistoryModel(Sample(GEL, BEAD, relaxation=SOLID))
+    model = HistoryModel(Sample(GEL, BEAD, Physics(relaxation=SOLID)))
     depth, force = model.behind(time, piezo, spring, np.zeros(0), None)
     # what the model solves for is a history of `indent`: 1e-6 of the force, as the tables are good to 1e-7
     exact = indent(GEL, BEAD, time=time, depth=depth, relaxation=SOLID, angles=8)["force"].values

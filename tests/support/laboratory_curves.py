@@ -11,6 +11,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from flatpunch.contact import indent, pull_off
+from flatpunch.contact.physics import Physics
 from flatpunch.fits import Curve
 from flatpunch.indenters import Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, PowerLawRelaxation, RigidBase, StandardLinearSolid
@@ -86,7 +87,7 @@ def truth(kind: Kind) -> dict[str, float]:
     """True values of what is free."""
     from flatpunch.fits import Sample
 
-    sample = Sample(kind.truth, kind.tip, kind.more.get("work_of_adhesion"), None, kind.more.get("relaxation"))
+    sample = Sample(kind.truth, kind.tip, Physics(**kind.more))
     return {name: sample.value(name) for name in kind.free}
 
 

@@ -24,13 +24,13 @@ from flatpunch.fits.measured.files.readers import read_curve
 from flatpunch.fits.models import Model, model_of
 from flatpunch.fits.parameters.numbers import BESIDE
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.places import Place, Records, keys_of, listed, on_grid
 from flatpunch.fits.report.findings import doubts
 from flatpunch.fits.report.quantities import label, unit_of
 from flatpunch.fits.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved, units_in
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, Relaxation
+from flatpunch.media import Body
 from flatpunch.parallel.calls import map_calls
 from flatpunch.parallel.work import Missing
 from flatpunch.parallel.worker import processes
@@ -161,14 +161,11 @@ def fit_batch(
     indenter: Indenter,
     free: FreeNames = (),
     *,
-    work_of_adhesion: float | None = None,
-    range_of_action: float | None = None,
-    relaxation: Relaxation | None = None,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
     reading: Plain | None = None,
     store: str | Path | None = None,
-    **settings: Unpack[SettingsOf],
+    **options: Unpack[Options],
 ) -> Batch:
     """Fit one case to many curves.
 
@@ -176,7 +173,7 @@ def fit_batch(
     ----------
     curves : iterable of Curve or path
         Curves, or files to be read; all curves of a force map.
-    medium, indenter, free, work_of_adhesion, range_of_action, relaxation
+    medium, indenter, free
         As for `fit`.
     workers : int, optional
         Processes; one for each core if left out, at most one for 64 curves.
@@ -187,7 +184,7 @@ def fit_batch(
     store : path, optional
         Folder in which records are kept as they are made. After an interruption the same call goes on from there; curves or a
         case that have changed since, and curves that could not be evaluated, are fitted again. Delete it when all is done.
-    **settings
+    **options
         As for `fit`; quick unless `quick=False` is given.
 
     Returns
@@ -215,9 +212,9 @@ def fit_batch(
     check_curves(curves)
     if reading is not None and not isinstance(reading, Mapping):
         raise TypeError(f"reading = {shown(reading)} must be a mapping of arguments of read_curve.")
-    sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
-    given: SettingsOf = {"quick": True, **settings}
-    chosen = Settings(**given)
+    given: Options = {"quick": True, **options}
+    physics, chosen = options_of(given)
+    sample = Sample(medium, indenter, physics)
     rows: list[Plain] = []
     records = Records(store) if store is not None else None
     for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers, records):
@@ -237,7 +234,7 @@ def fit_rows(
     records: Records | None = None,
 ) -> Iterator[list[Plain]]:
     """Records of fits, chunk by chunk, in order; those kept in `records` are not made again. See `fit_batch`."""
-    model_of(sample, free, settings.method, settings.finite_strain)
+    model_of(sample, free, settings.method)
     job = _Job(sample, free, settings, dict(reading or {}))
     keys = [None] * len(items) if records is None else keys_of(items, sample, free, settings, job.reading)
     known = {} if records is None else {i: records.known[key] for i, key in enumerate(keys) if key in records.known}
@@ -298,7 +295,7 @@ class _Job:
 
     @cached_property
     def _model(self) -> Model:
-        return model_of(self.sample, self.free, self.settings.method, self.settings.finite_strain)
+        return model_of(self.sample, self.free, self.settings.method)
 
     def lost(self, item: Curve | Place, missing: Missing) -> Plain:
         """Record of a curve that worker processes did not survive."""

@@ -19,7 +19,7 @@ from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.contact.default import EXACT
-from flatpunch.contact.physics import Physics
+from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.descriptions import takes
@@ -56,7 +56,7 @@ from flatpunch.fits.report.quantities import between, unit_of
 from flatpunch.fits.report.result import FitResult
 from flatpunch.fits.together import Measured
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, HalfSpace, Relaxation
+from flatpunch.media import Body, HalfSpace
 from flatpunch.media.material import young_and_poisson
 
 DRIFTING = "layers[0].young"
@@ -80,10 +80,8 @@ class FitCase:
         How.
     reading : mapping
         Keyword arguments of `read_curve`.
-    work_of_adhesion, range_of_action : float or None
-        [J/m^2], [m].
-    relaxation : object or None
-        How the medium relaxes.
+    physics : Physics
+        Adhesion, relaxation and large strain, as arguments of `fit`.
     film : mapping
         Tip and machine of a nanoindentation test, from [film].
     curves : tuple of mapping
@@ -118,9 +116,7 @@ class FitCase:
     free: Mapping[str, Free]
     settings: Settings
     reading: Plain = field(default_factory=dict)
-    work_of_adhesion: float | None = None
-    range_of_action: float | None = None
-    relaxation: Relaxation | None = None
+    physics: Physics = ELASTIC
     film: Plain = field(default_factory=dict)
     curves: tuple[Plain, ...] = ()
     own: tuple[str, ...] = ()
@@ -132,17 +128,12 @@ class FitCase:
     @property
     def sample(self) -> Sample:
         """Medium, tip and what goes with them."""
-        return Sample(self.medium, self.indenter, self.work_of_adhesion, self.range_of_action, self.relaxation)
+        return Sample(self.medium, self.indenter, self.physics)
 
     @property
     def arguments(self) -> Plain:
         """What `fit` takes by name, after the curve, medium, indenter and free."""
-        more = {
-            name: value
-            for name in ("work_of_adhesion", "range_of_action", "relaxation")
-            if (value := getattr(self, name)) is not None
-        }
-        return {**more, **asdict(self.settings)}
+        return {**self.physics.given, **asdict(self.settings)}
 
 
 class FitCaseTable(ContactTable):
@@ -161,9 +152,7 @@ class FitCaseTable(ContactTable):
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
         method: Any = self.method  # a text until it is checked here
-        settings = Settings(
-            method=method, finite_strain=self.physics.finite_strain, **(self.fit.built if self.fit else {})
-        )
+        settings = Settings(method=method, **(self.fit.built if self.fit else {}))
         method_for(self.indenter.built, method)
         case = FitCase(
             self.title,
@@ -172,9 +161,7 @@ class FitCaseTable(ContactTable):
             {},
             settings,
             self.curve.built if self.curve else {},
-            self.work_of_adhesion,
-            self.range_of_action,
-            self.relaxation.built if self.relaxation else None,
+            self.physics,
             self.film.built if self.film else {},
             correct=self.correct.built if self.correct else {},
             posterior=self.posterior.built if self.posterior else {},
@@ -182,9 +169,9 @@ class FitCaseTable(ContactTable):
         )
         # whether its parts go together
         sample = case.sample
-        if sample.work_of_adhesion is not None:
+        if sample.adhesive:
             adhesive_method(sample.indenter, method)
-        check_segment(settings.segment, segments(sample.work_of_adhesion is not None, sample.relaxation is not None))
+        check_segment(settings.segment, segments(sample.adhesive, sample.relaxing))
         curves = tuple(_with_values(i, curve.built, sample) for i, curve in enumerate(self.curves))
         known = {**sample.numbers, **{name: BESIDE[name] for name in (*settings.nuisance, *CALIBRATION)}}
         for name in self.priors.keys() - known.keys():
@@ -276,7 +263,7 @@ def _check_knowledge(case: FitCase) -> None:
     for name, prior in case.priors.items():
         if name in case.sample.numbers and name not in case.free:
             _check_prior(case.sample.numbers[name], prior)
-    if case.plan and (case.relaxation is not None or case.curves or case.film):
+    if case.plan and (case.sample.relaxing or case.curves or case.film):
         raise ValueError(
             "[plan] is for a single curve of an elastic or adhesive contact; leave it out of fits of relaxation, of several "
             "curves and of films."
@@ -307,7 +294,7 @@ def plan_of(case: FitCase) -> Plan | PlanScan:
         **spring,
         **plan,
         "priors": {name: prior for name, prior in case.priors.items() if name in (*case.free, *case.settings.nuisance)},
-        "work_of_adhesion": case.work_of_adhesion,
+        **replace(case.physics, finite_strain=None).given,
         "contact": case.settings.contact,
         "baseline": case.settings.baseline,
     }
@@ -349,9 +336,7 @@ _MEMORY = 300e6
 def describe_fit(case: FitCase) -> Iterator[str]:
     """Yield lines that say what a case would fit."""
     settings = case.settings
-    yield from describe_sample(
-        case.title, case.medium, case.indenter, Physics(case.work_of_adhesion, case.range_of_action, case.relaxation)
-    )
+    yield from describe_sample(case.title, case.medium, case.indenter, case.physics)
     for i, (name, free) in enumerate(case.free.items()):
         unit = unit_of(case.sample.numbers[name])
         limits = between(free.minimum, free.maximum, unit)
@@ -368,10 +353,10 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     given = settings.contact
     contact = f"free{between(*given, 'm')}" if isinstance(given, tuple) else given
     contact = text(contact, "m") if isinstance(contact, float) else contact
-    default = segments(case.work_of_adhesion is not None, case.relaxation is not None)[0]
+    default = segments(case.sample.adhesive, case.sample.relaxing)[0]
     segment = default if settings.segment == "auto" else settings.segment
     yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {segment}"
-    method = adhesive_method(case.indenter, settings.method) if case.work_of_adhesion is not None else None
+    method = adhesive_method(case.indenter, settings.method) if case.sample.adhesive else None
     chosen = method or method_for(case.indenter, settings.method)
     name = chosen if isinstance(chosen, str) else chosen.name
     exact = case.indenter.round and name != "bem"
@@ -392,7 +377,7 @@ def describe_fit(case: FitCase) -> Iterator[str]:
 
 def _seconds(case: FitCase) -> float:
     """Time of the first curve: tables over the shape of the problem, with six nodes along each of its free numbers."""
-    if case.work_of_adhesion is not None or case.relaxation is not None:
+    if case.sample.adhesive or case.sample.relaxing:
         return 1.0
     free = [name for name in case.free if name not in NUISANCE]
     if case.correct and not free:

@@ -21,14 +21,14 @@ from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
 from flatpunch.fits.models import FAR, Model, bounds, check_segment, model_of, segments
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, SettingsOf, as_free, options_of
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
 from flatpunch.fits.report.result import FitResult
 from flatpunch.fits.viscoelastic.model import HistoryModel
 from flatpunch.fits.viscoelastic.setup import history_setup
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, Relaxation
+from flatpunch.media import Body
 
 
 @one_blas_thread()
@@ -37,11 +37,7 @@ def fit(
     medium: Body,
     indenter: Indenter,
     free: FreeNames = (),
-    *,
-    work_of_adhesion: float | None = None,
-    range_of_action: float | None = None,
-    relaxation: Relaxation | None = None,
-    **settings: Unpack[SettingsOf],
+    **options: Unpack[Options],
 ) -> FitResult:
     """Fit parameters of a medium and a tip to a measured curve.
 
@@ -54,14 +50,11 @@ def fit(
     free : sequence of str, or mapping of str to Free, float or (minimum, maximum)
         Parameters to fit: "layers[0].young", "layers[0].thickness", "base.poisson", "indenter.radius", "work_of_adhesion",
         "relaxation.time", ...; see `flatpunch.fits.parameter_names` and `flatpunch.fits.Sample`.
-    work_of_adhesion : float, optional
-        w [J/m^2], or where to start: the contact is adhesive (JKR) and the retract is fitted.
-    range_of_action : float, optional
-        Largest gap across which the adhesive traction acts [m]; the notes then state whether JKR theory holds.
-    relaxation : StandardLinearSolid, Prony or PowerLawRelaxation, optional
-        The medium relaxes, or where to start: the force over time of ramp, hold and retract is fitted; the curve needs times.
-    **settings
-        Fields of `Settings`: contact, baseline, loss, adhesion, depth_to, force_to, method, level, quick, segment.
+    **options
+        What acts beside elasticity, each known or where to start, as for `indent`: work_of_adhesion [J/m^2] (the retract is
+        fitted), range_of_action [m] (the notes then state whether JKR theory holds), relaxation (the force over time of ramp,
+        hold and retract is fitted; the curve needs times), finite_strain. And how to fit, the fields of `Settings`: contact,
+        baseline, loss, adhesion, depth_to, force_to, method, level, quick, segment, direction, drag.
 
     Returns
     -------
@@ -93,10 +86,9 @@ def fit(
     >>> print(f"{result['base.young'] / 1e3:.2f} kPa")
     5.00 kPa
     """
-    chosen = Settings(**settings)
+    physics, chosen = options_of(options)
     wanted = as_free(free)
-    sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
-    return fit_model(curve, model_of(sample, wanted, chosen.method, chosen.finite_strain), wanted, chosen)
+    return fit_model(curve, model_of(Sample(medium, indenter, physics), wanted, chosen.method), wanted, chosen)
 
 
 @one_blas_thread()

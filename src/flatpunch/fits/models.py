@@ -10,7 +10,6 @@ from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array, BadValue, real
 from flatpunch._support.numbers import Place
 from flatpunch._support.prefixes import text
-from flatpunch.contact.physics import FiniteStrain
 from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.elastic import model as elastic_model
@@ -26,24 +25,20 @@ FAR = 1e6
 Model = ForwardModel | AdhesiveModel | HistoryModel
 
 
-def model_of(
-    sample: Sample, free: Mapping[str, Free], method: FitMethod, finite_strain: FiniteStrain | None = None
-) -> Model:
+def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Model:
     """The forward model of a case, kept for the next curve; starting values in `free` differ from those of the sample."""
-    if finite_strain is not None and (sample.work_of_adhesion, sample.relaxation) != (None, None):
-        raise ValueError("finite_strain does not go with work_of_adhesion and relaxation; leave one of them out.")
     sample.check(free)
     starts = {name: real(name, f.start) for name, f in free.items() if f.start is not None}
     started = sample.replaced(starts)
     try:
-        return _kept(started, tuple(free), method, finite_strain)
+        return _kept(started, tuple(free), method)
     except TypeError:
-        return _made(started, tuple(free), method, finite_strain)
+        return _made(started, tuple(free), method)
 
 
 @byte_cached
-def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strain: FiniteStrain | None) -> Model:
-    return _made(sample, free, method, finite_strain)
+def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
+    return _made(sample, free, method)
 
 
 def forget_models() -> None:
@@ -56,12 +51,12 @@ def forget_models() -> None:
     branch.forget_tables()
 
 
-def _made(sample: Sample, free: tuple[str, ...], method: FitMethod, finite_strain: FiniteStrain | None) -> Model:
-    if sample.work_of_adhesion is not None:
+def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
+    if sample.adhesive:
         return AdhesiveModel(sample, free, method)
-    if sample.relaxation is not None:
+    if sample.relaxing:
         return HistoryModel(sample, free, method)
-    return ForwardModel(sample.medium, sample.indenter, free, method, finite_strain)
+    return ForwardModel(sample.medium, sample.indenter, free, method, sample.physics.finite_strain)
 
 
 def segments(adhesive: bool, over_time: bool) -> tuple[str, ...]:

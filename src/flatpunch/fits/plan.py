@@ -29,7 +29,7 @@ from flatpunch.fits.least_squares.minimum import covariance
 from flatpunch.fits.parameters.numbers import BESIDE, Scale
 from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.settings import FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fits.parameters.settings import FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.report.findings import TANGLED, combinations
 from flatpunch.fits.report.quantities import label, unit_of
 from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, correlation_of
@@ -263,8 +263,7 @@ def planned(
     before: float | None = None,
     spring_constant: float | None = None,
     priors: Mapping[str, Prior] | None = None,
-    work_of_adhesion: float | None = None,
-    **settings: Unpack[SettingsOf],
+    **options: Unpack[Options],
 ) -> Plan:
     """How well a planned curve will determine the parameters of a case.
 
@@ -286,10 +285,9 @@ def planned(
         Of the cantilever [N/m], whose bending the noise moves as well.
     priors : mapping of str to Normal, LogNormal or Uniform, optional
         What is known of free parameters beforehand, as for `FitResult.posterior`; a uniform prior counts by its variance.
-    work_of_adhesion : float, optional
-        w [J/m^2]: the retract of a sticking tip.
-    **settings
-        `contact`, `baseline` and `method` as in `fit`; "auto" counts as "linear".
+    **options
+        `contact`, `baseline`, `method` and `work_of_adhesion` (the retract of a sticking tip) as in `fit`; the baseline "auto"
+        counts as "linear".
 
     Returns
     -------
@@ -321,17 +319,22 @@ def planned(
     >>> plan.judgement("layers[0].young")
     'determined'
     """
-    chosen = Settings(**settings)
-    if chosen.baseline == "auto" and work_of_adhesion is None:
+    physics, chosen = options_of(options)
+    if chosen.baseline == "auto" and physics.work_of_adhesion is None:
         # intervals with a constant include a tilt that the data do not exclude, on average as much as one that is fitted
         chosen = replace(chosen, baseline="linear")
     names = tuple(as_free(free))
     if not names:
         raise ValueError("free is empty: name the parameters that will be fitted.")
-    sample = Sample(medium, indenter, work_of_adhesion)
+    sample = Sample(medium, indenter, physics)
     sample.check(names)
-    if "drag" in chosen.nuisance:
-        raise ValueError("drag is not planned; leave it out.")
+    unplanned = {
+        "drag": "drag" in chosen.nuisance,
+        "relaxation": sample.relaxing,
+        "finite_strain": physics.finite_strain,
+    }
+    for name in (name for name, given in unplanned.items() if given):
+        raise ValueError(f"{name} is not planned; leave it out.")
     deepest = positive("depth", depth, "It is the largest indentation depth [m].", unit="m")
     scatter = positive("noise", noise, "It is the standard deviation of the force readings [N].", unit="N")
     count = whole(
@@ -354,7 +357,7 @@ def planned(
 def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Settings) -> tuple[Array, Array]:
     """Stiffness [N/m] and derivatives by the internal parameters at the readings."""
     stiffness, by_theta = np.zeros(readings.size), np.zeros((len(names), readings.size))
-    if sample.work_of_adhesion is not None:
+    if sample.adhesive:
         model = AdhesiveModel(sample, names)
         theta = model.start()
         inside = readings >= model.pull_off(theta)[0]
@@ -402,7 +405,7 @@ def _judged(
     plan = Plan({name: known[name] for name in all_names}, values, errors, spread, undetermined, title)
     alone = np.abs(units) / np.sqrt(np.maximum(np.diag(information), TINY))
     notes = list(_notes(plan, len(names), alone))
-    if not sample.indenter.round and sample.work_of_adhesion is None:
+    if not sample.indenter.round and not sample.adhesive:
         notes.append(
             "Relative derivatives are those of the round tip of the same mean profile: errors hold to some per cent."
         )

@@ -79,9 +79,9 @@ def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
     lines = list(curve.meta.get("read", ()))
     found = setup = None
     try:
-        found = approach_of(curve, settings.direction, back=sample.work_of_adhesion is not None)
+        found = approach_of(curve, settings.direction, back=sample.adhesive)
         lines += found.found
-        model = model_of(sample, free, settings.method, settings.finite_strain)
+        model = model_of(sample, free, settings.method)
         setup = setup_of(curve, model, bounds(model, free), settings)
         lines += _about(setup, found, "" if case is not None else " (for a paraboloid on a half-space)")
     except CurveError as error:

@@ -26,12 +26,12 @@ from flatpunch.fits.measured.signal import independent
 from flatpunch.fits.models import bounds, check_free, model_of
 from flatpunch.fits.parameters.numbers import OF
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
+from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
 from flatpunch.fits.report.result import FitResult
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, Relaxation
+from flatpunch.media import Body
 
 
 @readable
@@ -80,11 +80,7 @@ def fit_together(
     indenter: Indenter,
     free: FreeNames = (),
     own: FreeNames = (),
-    *,
-    work_of_adhesion: float | None = None,
-    range_of_action: float | None = None,
-    relaxation: Relaxation | None = None,
-    **settings: Unpack[SettingsOf],
+    **options: Unpack[Options],
 ) -> FitResult:
     """Fit one sample to several curves at once.
 
@@ -98,7 +94,7 @@ def fit_together(
         Parameters that all curves share.
     own : sequence of str, or mapping
         Parameters that each curve has for itself. Contact point and background always are.
-    work_of_adhesion, range_of_action, relaxation, **settings
+    **options
         As for `fit`; loss is "linear".
 
     Returns
@@ -136,9 +132,9 @@ def fit_together(
     """
     check_curves(curves)
     measured = [m if isinstance(m, Measured) else Measured(m) for m in curves]
-    chosen = Settings(**settings)
+    physics, chosen = options_of(options)
     shared, each = as_free(free), as_free(own)
-    sample = Sample(medium, indenter, work_of_adhesion, range_of_action, relaxation)
+    sample = Sample(medium, indenter, physics)
     _check(measured, shared, each, chosen)
     # where each curve begins need not be its minimum
     alone = [_alone(m, sample, {**shared, **each}, replace(chosen, quick=True)) for m in measured]
@@ -185,7 +181,7 @@ def _alone(measured: Measured, sample: Sample, free: Mapping[str, Free], setting
     # limits and starts of the fit hold where the place says nothing
     wanted = {name: replace(f, start=None) if name in measured.values else f for name, f in free.items()}
     check_free(here, wanted)
-    model = model_of(here, wanted, settings.method, settings.finite_strain)
+    model = model_of(here, wanted, settings.method)
     setup = setup_of(measured.curve, model, bounds(model, wanted), settings)
     x = _amplitude(setup, setup.start(), settings)
     while setup.again is not None and (narrower := setup.again(x)) is not None:

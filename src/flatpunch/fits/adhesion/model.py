@@ -145,8 +145,7 @@ class AdhesiveModel(SampleParameters):
                 sample.indenter,
                 depth=depth,
                 method=adhesive_method(sample.indenter, self.method),
-                work_of_adhesion=sample.work_of_adhesion,
-                range_of_action=sample.range_of_action,
+                **sample.physics.given,
                 angles=FEW_ANGLES,
             )
         error = float(curve["force_error"].max()) if "force_error" in curve else 0.0

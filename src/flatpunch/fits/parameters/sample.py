@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import BadValue, positive, shown
+from flatpunch._support.checks import shown
 from flatpunch._support.numbers import Place, numbers_of
 from flatpunch._support.readable import readable
+from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium
-from flatpunch.fits.parameters.numbers import BESIDE, WORK, check_names, numbers_in
+from flatpunch.fits.parameters.numbers import WORK, check_names, numbers_in
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
 
@@ -27,12 +28,8 @@ class Sample:
     ----------
     medium, indenter : object
         Layers and tip.
-    work_of_adhesion : float, optional
-        w [J/m^2]: the contact is adhesive (JKR).
-    range_of_action : float, optional
-        Largest gap across which the adhesive traction acts [m]; the fit then states whether JKR theory holds.
-    relaxation : Prony, StandardLinearSolid or PowerLawRelaxation, optional
-        The medium relaxes.
+    physics : Physics
+        Adhesion, relaxation and large strain, as arguments of `fit`.
 
     Raises
     ------
@@ -48,56 +45,43 @@ class Sample:
     --------
     >>> gel = fp.Medium([fp.Layer(young=5e3, poisson=0.5, thickness=2e-6)], base=fp.RigidBase())
     >>> from flatpunch.fits import Sample
-    >>> print(Sample(gel, fp.Sphere(radius=5e-6), work_of_adhesion=1e-3).work_of_adhesion)
-    0.001
+    >>> print(list(Sample(gel, fp.Sphere(radius=5e-6)).numbers))
+    ['layers[0].young', 'layers[0].poisson', 'layers[0].thickness', 'indenter.radius']
     """
 
     medium: Body
     indenter: Indenter
-    work_of_adhesion: float | None = None
-    range_of_action: float | None = None
-    relaxation: Relaxation | None = None
+    physics: Physics = ELASTIC
 
     def __post_init__(self) -> None:
         check_indenter(self.indenter)
-        if self.range_of_action is not None:
-            action = positive("range_of_action", self.range_of_action, unit="m")
-            object.__setattr__(self, "range_of_action", action)
-            if self.work_of_adhesion is None:
-                raise BadValue(
-                    "range_of_action", repr(self.range_of_action), "has no meaning without work_of_adhesion."
-                )
-        if self.work_of_adhesion is not None:
-            work = positive(
-                "work_of_adhesion",
-                self.work_of_adhesion,
-                "It is the energy per area gained by contact [J/m^2].",
-                unit="J/m**2",
+        if self.adhesive and self.indenter.flat:
+            raise ValueError(
+                "The curve of a flat end is a straight line whatever the work of adhesion, which shows in the pull-off force "
+                "alone. Compare the measured one with flatpunch.pull_off(...)."
             )
-            object.__setattr__(self, "work_of_adhesion", work)
-            if self.relaxation is not None:
-                raise ValueError(
-                    "work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved."
-                )
-            if self.indenter.flat:
-                raise ValueError(
-                    "The curve of a flat end is a straight line whatever the work of adhesion, which shows in the pull-off force "
-                    "alone. Compare the measured one with flatpunch.pull_off(...)."
-                )
-        if self.relaxation is not None:
-            if not isinstance(self.relaxation, (Prony, StandardLinearSolid, PowerLawRelaxation)):
+        relaxation = self.physics.relaxation
+        if relaxation is not None:
+            if not isinstance(relaxation, (Prony, StandardLinearSolid, PowerLawRelaxation)):
                 raise TypeError(
-                    f"relaxation = {shown(self.relaxation)} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation."
+                    f"relaxation = {shown(relaxation)} must be a Prony, a StandardLinearSolid or a PowerLawRelaxation."
                 )
             check_medium(self.medium)
+
+    @property
+    def adhesive(self) -> bool:
+        """Whether the contact is adhesive."""
+        return self.physics.work_of_adhesion is not None
+
+    @property
+    def relaxing(self) -> bool:
+        """Whether the medium relaxes."""
+        return self.physics.relaxation is not None
 
     @cached_property
     def numbers(self) -> Mapping[str, Place]:
         """All numbers that can be fitted, by name."""
-        found = numbers_in(self.medium, self.indenter)
-        if self.work_of_adhesion is not None:
-            found[WORK] = BESIDE[WORK]._replace(value=self.work_of_adhesion)
-        return found | {each.path: each for each in numbers_of(self.relaxation, "relaxation")}
+        return numbers_in(self.medium, self.indenter) | {each.path: each for each in numbers_of(self.physics)}
 
     def check(self, names: Iterable[str]) -> None:
         """Refuse names that are no parameters, and a group of moduli beside one of them."""
@@ -106,7 +90,7 @@ class Sample:
     def _advice(self, name: str) -> str:
         if name == WORK:
             return " Give work_of_adhesion, the value to start from."
-        if name == "relaxation.time" and isinstance(self.relaxation, PowerLawRelaxation):
+        if name == "relaxation.time" and isinstance(self.physics.relaxation, PowerLawRelaxation):
             return " The time of a power law is that at which the modulus is young: fit young, and keep the time."
         return " Give relaxation, with values to start from." if name.startswith("relaxation") else ""
 
@@ -121,13 +105,12 @@ class Sample:
         law = {n: v for n, v in values.items() if n.startswith("relaxation.")}
         elastic = {n: v for n, v in values.items() if n != WORK and n not in law}
         medium, indenter = paths.with_values(self.medium, self.indenter, elastic)
-        return replace(
-            self,
-            medium=medium,
-            indenter=indenter,
-            work_of_adhesion=values.get(WORK, self.work_of_adhesion),
-            relaxation=law_with(self.relaxation, law) if law else self.relaxation,
-        )
+        physics = self.physics
+        if WORK in values:
+            physics = replace(physics, work_of_adhesion=values[WORK])
+        if law:
+            physics = replace(physics, relaxation=law_with(physics.relaxation, law))
+        return Sample(medium, indenter, physics)
 
 
 def normalised(law: Prony) -> bool:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypedDict
+from typing import Any, Literal, TypedDict
 
 from flatpunch._support.checks import BadValue, real, shown, switch
 from flatpunch._support.deprecation import deprecated
 from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
-from flatpunch.contact.physics import NEO_HOOKEAN, FiniteStrain
+from flatpunch.contact.physics import Physics, PhysicsOf
 from flatpunch.fits.measured.orientation import Direction
 from flatpunch.fits.measured.signal import Adhesion
 from flatpunch.fits.parameters.numbers import NUISANCE
@@ -44,7 +44,10 @@ class SettingsOf(TypedDict, total=False):
     segment: Segment
     direction: Direction
     drag: Literal["free"] | float
-    finite_strain: FiniteStrain | None
+
+
+class Options(PhysicsOf, SettingsOf, total=False):
+    """Arguments of `fit` for what acts beside elasticity, and how the curve is fitted."""
 
 
 @readable
@@ -125,8 +128,6 @@ class Settings:
     quick : bool
         For batches, several times faster: the minimum of means over a few readings each is taken for that of all, and the
         limits of the theory are not examined. Values change by less than a hundredth of their standard errors.
-    finite_strain : {"neo-hookean"}, optional
-        Corrects forces for large strains, as in `indent`.
 
     See Also
     --------
@@ -152,7 +153,6 @@ class Settings:
     segment: Segment = "auto"
     direction: Direction = "auto"
     drag: Literal["free"] | float = 0.0
-    finite_strain: FiniteStrain | None = None
 
     def __post_init__(self) -> None:
         choices = {
@@ -164,8 +164,6 @@ class Settings:
         }
         for name, known in choices.items():
             one_of(name, getattr(self, name), known)
-        if self.finite_strain is not None:
-            one_of("finite_strain", self.finite_strain, (NEO_HOOKEAN,), "None is linear theory.")
         if not isinstance(self.method, str) or self.method != "auto":
             method_of(self.method)
         object.__setattr__(self, "contact", _contact(self.contact))
@@ -244,3 +242,10 @@ def as_free(free: object) -> dict[str, Free]:
         else:
             found[name] = Free(real(f"free[{name!r}]", what))
     return found
+
+
+def options_of(given: Options) -> tuple[Physics, Settings]:
+    """What acts beside elasticity, and how the curve is fitted."""
+    acts: dict[str, Any] = {name: value for name, value in given.items() if name in PhysicsOf.__annotations__}
+    how: dict[str, Any] = {name: value for name, value in given.items() if name not in acts}
+    return Physics(**acts), Settings(**how)

@@ -329,8 +329,6 @@ def _sample(result: Fitted) -> dict[str, str | float]:
         "medium": json.dumps(record(sample.medium)),
         "indenter": json.dumps(record(sample.indenter)),
     }
-    if sample.work_of_adhesion is not None:
-        found["work_of_adhesion"] = sample.work_of_adhesion
-    if sample.relaxation is not None:
-        found["relaxation"] = json.dumps(record(sample.relaxation))
+    for name, value in sample.physics.given.items():
+        found[name] = value if isinstance(value, (float, str)) else json.dumps(record(value))
     return found

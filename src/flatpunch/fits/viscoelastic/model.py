@@ -73,8 +73,8 @@ class HistoryModel(SampleParameters):
     def relaxation(self, theta: Array) -> Relaxation:
         """The relaxation function at internal parameters."""
         law = {n: v for n, v in self.externals(theta).items() if n.startswith("relaxation.")}
-        found = self.sample.replaced(law).relaxation
-        assert found is not None
+        found = self.sample.replaced(law).physics.relaxation
+        assert isinstance(found, Relaxation)
         return found
 
     def history(self, time: Array, depth: Array, theta: Array) -> Array:
