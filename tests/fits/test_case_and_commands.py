@@ -1,6 +1,7 @@
 """Case files of fits, the two commands, batches and pictures."""
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -167,6 +168,52 @@ def test_batch_keeps_order_and_reasons(tmp_path):
 
 
 @pytest.mark.long
+def gel_of(thickness):
+    return Medium([Layer(2600.0, 0.5, thickness)], RigidBase())
+
+
+def test_known_values_of_each_curve():
+    """A map over 1 to 4 um of gel: each modulus with the thickness of its place; with one for all it is far off."""
+    thick, tip = np.array([1e-6, 2e-6, 4e-6]), Sphere(5e-6)
+    curves = [replace(synthetic(gel_of(t), tip, 0.3e-6, noise=0.002), name=f"{t}") for t in thick]
+    start = gel_of(2e-6)
+    batch = fit_batch(curves, start, tip, [YOUNG], values={"layers[0].thickness": thick}, workers=1)
+    np.testing.assert_allclose(batch.column(YOUNG), 2600, rtol=0.01)
+    blind = fit_batch(curves, start, tip, [YOUNG], workers=1)
+    assert np.ptp(blind.column(YOUNG)) > 1000
+    for values, words in (
+        ({"layers[0].thickness": thick[:2]}, r"needs one value for each of the 3 curves"),
+        ({YOUNG: thick}, "is fitted; leave it out of values"),
+        ({"layers[0].depth": thick}, "is not part of this case"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            fit_batch(curves, start, tip, [YOUNG], values=values)
+
+
+def test_known_values_from_a_table(tmp_path):
+    folder = tmp_path / "map"
+    folder.mkdir()
+    for i, t in enumerate((1e-6, 3e-6)):
+        curve = synthetic(gel_of(t), Sphere(5e-6), 0.3e-6, noise=0.002)
+        columns = np.column_stack([curve.depth * 1e9, curve.force * 1e9])
+        np.savetxt(folder / f"c{i}.csv", columns, delimiter=",", header="depth (nm),force (nN)", comments="")
+    (tmp_path / "known.csv").write_text("curve,layers[0].thickness [nm]\nc1.csv,3000\nc0.csv,1000\n", encoding="utf-8")
+    (tmp_path / "case.toml").write_text(
+        'layers = [{ young = { fit = "2 kPa" }, poisson = 0.5, thickness = "2 um" }]\nbase = { kind = "rigid" }\n'
+        'indenter = { kind = "sphere", radius = "5 um" }\n',
+        encoding="utf-8",
+    )
+    command = ["fit", str(folder), str(tmp_path / "case.toml"), "--values", str(tmp_path / "known.csv")]
+    done = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "out.csv")])
+    assert done.exit_code == 0, done.output
+    rows = list(csv.DictReader((tmp_path / "out.csv").read_text(encoding="utf-8").splitlines()))
+    np.testing.assert_allclose([float(row["layers[0].young [Pa]"]) for row in rows], 2600, rtol=0.01)
+    (tmp_path / "known.csv").write_text("curve,layers[0].thickness [nm]\nc1.csv,3000\n", encoding="utf-8")
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code == 2
+    assert "known.csv: no line for c0.csv" in done.output.replace("\n", " ")
+
+
 def test_pictures():
     film = Medium([Layer(5e3, 0.4, 1e-6)], HalfSpace(1e4, 0.3))
     curve = synthetic(film, Sphere(3e-6), 0.3e-6, points=200)

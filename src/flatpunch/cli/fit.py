@@ -59,6 +59,13 @@ def fit(
         typer.Option(help="Draw from the posterior: corner picture (.png, .pdf, .svg), or the draws (.nc, .csv)."),
         Output((*PICTURES, ".nc", ".csv")),
     ] = None,
+    values: Annotated[
+        Path | None,
+        typer.Option(
+            help="Known values of each curve of a folder or map: CSV with the line curve,NAME [UNIT] on top, such as "
+            "curve,layers\\[0].thickness \\[nm]."
+        ),
+    ] = None,
     workers: Annotated[int | None, typer.Option(help="Processes for a folder.")] = None,
     resume: Annotated[
         bool,
@@ -87,7 +94,7 @@ def fit(
     elif is_folder(curve) or _many(curve, loaded):
         if drift is not None or profile or posterior is not None:
             raise ValueError("--drift, --profile and --posterior go with a single curve.")
-        _fit_folder(curve, loaded, output, plot, workers, style, resume)
+        _fit_folder(curve, loaded, values, output, plot, workers, style, resume)
     else:
         _fit_one(curve, loaded, output, plot, drift, profile, posterior, style)
 
@@ -254,14 +261,25 @@ def _drift(curve: Curve, case: FitCase, path: Path, style: str) -> None:
 
 
 def _fit_folder(
-    folder: Path, case: FitCase, output: Path | None, plot: Path | None, workers: int | None, style: str, resume: bool
+    folder: Path,
+    case: FitCase,
+    values: Path | None,
+    output: Path | None,
+    plot: Path | None,
+    workers: int | None,
+    style: str,
+    resume: bool,
 ) -> None:
     from dataclasses import replace
 
-    from flatpunch.fits.batch import Batch, fit_rows
-    from flatpunch.fits.places import Records, files_in, listed
+    from flatpunch.fits.batch import Batch, fit_rows, placed
+    from flatpunch.fits.places import Records, files_in, listed, values_in
 
     items = listed(files_in(folder) if is_folder(folder) else [folder], case.reading)
+    known = (
+        {} if values is None else values_in(values, items, {n: each.number for n, each in case.sample.numbers.items()})
+    )
+    places = placed(items, known, case.sample, case.free)
     settings = replace(case.settings, quick=True)
     records = Records(output.with_suffix(".records")) if output is not None else None
     if records is not None and not resume:
@@ -270,7 +288,7 @@ def _fit_folder(
     rows: list[Plain] = []
     try:
         with progress("Fitting", len(items)) as step:
-            for done in fit_rows(items, case.sample, case.free, settings, case.reading, workers, records):
+            for done in fit_rows(places, case.sample, case.free, settings, case.reading, workers, records):
                 rows.extend(done)
                 step(f"{len(rows)} of {len(items)}", len(done))
     except KeyboardInterrupt:

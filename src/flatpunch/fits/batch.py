@@ -11,7 +11,7 @@ from typing import Any, Unpack
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array, shown
+from flatpunch._support.checks import Array, Values, numbers, shown
 from flatpunch._support.numbers import Number
 from flatpunch._support.numbers import Place as Record
 from flatpunch._support.paths import Plain
@@ -34,6 +34,9 @@ from flatpunch.media import Body
 from flatpunch.parallel.calls import map_calls
 from flatpunch.parallel.work import Missing
 from flatpunch.parallel.worker import processes
+
+Placed = tuple[Curve | Place, Mapping[str, float]]
+"""A curve, or where it is, with the values that are known of its place."""
 
 _CHUNK = 16
 """Curves between two reports of progress, whose records are kept in one file."""
@@ -161,6 +164,7 @@ def fit_batch(
     indenter: Indenter,
     free: FreeNames = (),
     *,
+    values: Mapping[str, Values] | None = None,
     workers: int | None = None,
     progress: Callable[[int], None] | None = None,
     reading: Plain | None = None,
@@ -175,6 +179,9 @@ def fit_batch(
         Curves, or files to be read; all curves of a force map.
     medium, indenter, free
         As for `fit`.
+    values : mapping of str to array, shape (curves,), optional
+        Known values [SI] that differ from curve to curve, in the order of the curves, by the names of
+        `flatpunch.fits.parameter_names`: {"layers[0].thickness": [...]}.
     workers : int, optional
         Processes; one for each core if left out, at most one for 64 curves.
     progress : callable, optional
@@ -217,15 +224,34 @@ def fit_batch(
     sample = Sample(medium, indenter, physics)
     rows: list[Plain] = []
     records = Records(store) if store is not None else None
-    for done in fit_rows(listed(curves, reading), sample, as_free(free), chosen, reading, workers, records):
+    wanted, items = as_free(free), listed(curves, reading)
+    places = placed(items, values or {}, sample, wanted)
+    for done in fit_rows(places, sample, wanted, chosen, reading, workers, records):
         rows.extend(done)
         if progress is not None:
             progress(len(rows))
     return Batch(tuple(on_grid(rows)), sample.numbers)
 
 
+def placed(
+    items: Sequence[Curve | Place], values: Mapping[str, Values], sample: Sample, free: Mapping[str, Free]
+) -> list[Placed]:
+    """Curves with the values that are known of their places."""
+    sample.check(values)
+    columns = {}
+    for name, given in values.items():
+        if name in free:
+            raise ValueError(f"values: {name} is fitted; leave it out of values, or out of free.")
+        columns[name] = numbers(f"values[{name!r}]", given, sample.numbers[name].number.unit or "")
+        if columns[name].shape != (len(items),):
+            raise ValueError(
+                f"values[{name!r}] has shape {columns[name].shape}; it needs one value for each of the {len(items)} curves."
+            )
+    return [(item, {name: float(column[i]) for name, column in columns.items()}) for i, item in enumerate(items)]
+
+
 def fit_rows(
-    items: Sequence[Curve | Place],
+    items: Sequence[Placed],
     sample: Sample,
     free: Mapping[str, Free],
     settings: Settings,
@@ -272,7 +298,7 @@ def fit_rows(
         yield rows
 
 
-def _fitted(job: _Job, items: Sequence[Curve | Place], workers: int | None) -> Iterator[list[tuple[int, Plain]]]:
+def _fitted(job: _Job, items: Sequence[Placed], workers: int | None) -> Iterator[list[tuple[int, Plain]]]:
     """Records as they are made, here and in worker processes, each with the index of its item."""
     count = min(workers if workers is not None else min(cores(), 1 + len(items) // 64), len(items))
     team = processes(count - 1) if count > 1 else None
@@ -289,17 +315,18 @@ class _Job:
     settings: Settings
     reading: Plain
 
-    def one(self, item: Curve | Place) -> Plain:
+    def one(self, placed: Placed) -> Plain:
         """Record of a curve."""
-        return self._one(*self._opened(item))
+        item, values = placed
+        return self._one(*self._opened(item), values)
 
     @cached_property
     def _model(self) -> Model:
         return model_of(self.sample, self.free, self.settings.method)
 
-    def lost(self, item: Curve | Place, missing: Missing) -> Plain:
+    def lost(self, placed: Placed, missing: Missing) -> Plain:
         """Record of a curve that worker processes did not survive."""
-        return {**_origin(item), "ok": False, "reason": missing.reason}
+        return {**_origin(placed[0]), "ok": False, "reason": missing.reason}
 
     def _opened(self, item: Curve | Place) -> tuple[Plain, Curve | Exception]:
         """Where a curve comes from, and the curve or what is wrong with it."""
@@ -311,13 +338,14 @@ class _Job:
         except Exception as error:
             return origin, error
 
-    def _one(self, origin: Plain, curve: Curve | Exception) -> Plain:
+    def _one(self, origin: Plain, curve: Curve | Exception, values: Mapping[str, float]) -> Plain:
         place: dict[str, float] = {}
         try:
             if isinstance(curve, Exception):
                 raise curve
             place = _position(curve)
-            result = fit_model(curve, self._model, self.free, self.settings)
+            model = model_of(self.sample.replaced(values), self.free, self.settings.method) if values else self._model
+            result = fit_model(curve, model, self.free, self.settings)
         except Exception as error:
             # whatever is wrong with one curve must not cost the others
             known = isinstance(error, (ValueError, TypeError, OSError))

@@ -7,6 +7,7 @@ case that has changed is fitted again.
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 import warnings
@@ -17,11 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning, Indices
+from flatpunch._support.checks import Array, FlatpunchWarning, Indices, shown
+from flatpunch._support.numbers import Number
 from flatpunch._support.paths import Plain
-from flatpunch._support.reading import Unreadable, as_path, content, is_file
+from flatpunch._support.reading import Unreadable, as_path, content, is_file, shown_path, text_content
 from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole
 from flatpunch._version import __version__
+from flatpunch.files.units import registry
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.files.contents import by_number
 from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in
@@ -62,6 +65,42 @@ def listed(curves: Iterable[Curve | str | Path], reading: Plain | None = None) -
             count = 1
         items += [Place(as_path("curves", item), i if count > 1 else None) for i in range(count)]
     return items
+
+
+def values_in(path: Path, items: Sequence[Curve | Place], known: Mapping[str, Number]) -> dict[str, Array]:
+    """Known values of curves from a CSV file: the column `curve` has their names, "layers[0].thickness [nm]" values and unit."""
+    try:
+        rows = list(csv.reader(text_content(path, 20_000_000).splitlines()))
+    except Unreadable as error:
+        raise ValueError(f"{shown_path(path)}: {error}.") from None
+    heads = (title.strip().partition(" ") for title in (rows[0] if rows else []))
+    titles = [(name, unit.strip("[]() ")) for name, _, unit in heads]
+    if not titles or titles[0][0] != "curve" or len(titles) < 2:
+        raise ValueError(
+            f"{shown_path(path)}: the first line must be curve,NAME [UNIT], such as curve,layers[0].thickness [nm]."
+        )
+    lines = {row[0]: row[1:] for row in rows[1:] if row}
+    missing = [item.name for item in items if item.name not in lines]
+    if missing:
+        raise ValueError(
+            f"{shown_path(path)}: no line for {', '.join(missing[:3])}{', ...' if len(missing) > 3 else ''}."
+        )
+    found = {}
+    for at, (name, unit) in enumerate(titles[1:]):
+        try:
+            cells = [float(lines[item.name][at]) for item in items]
+        except (ValueError, IndexError):
+            raise ValueError(f"{shown_path(path)}: the column {name} must have a number for each curve.") from None
+        found[name] = np.array(cells) * (_scale(unit, known[name].unit or "") if name in known and unit else 1.0)
+    return found
+
+
+def _scale(unit: str, in_si: str) -> float:
+    """One of a unit in SI."""
+    try:
+        return float(registry().Quantity(1, unit).to(in_si.replace("^", "**")).magnitude)
+    except Exception:  # pint has errors of several kinds
+        raise ValueError(f"values: the unit {shown(unit)} is none of {in_si or 'a plain number'}.") from None
 
 
 def files_in(folder: str | Path) -> list[Path]:
@@ -225,11 +264,19 @@ def _whole(file: Path) -> dict[str, Plain]:
 
 
 def keys_of(
-    items: Sequence[Curve | Place], sample: Sample, free: Mapping[str, Free], settings: Settings, reading: Plain
+    items: Sequence[tuple[Curve | Place, Mapping[str, float]]],
+    sample: Sample,
+    free: Mapping[str, Free],
+    settings: Settings,
+    reading: Plain,
 ) -> list[str | None]:
     """Digest of each item with the case and the version of the package; TypeError for functions and other unreadable content."""
     try:
         case = content_key(__version__, sample, dict(free), settings, dict(reading))
     except TypeError as error:
         raise TypeError(f"store: a run with this case cannot be resumed, leave store out. ({error})") from None
-    return list(digests(items, case))
+    found = digests([item for item, _ in items], case)
+    return [
+        content_key(key, dict(values)) if key is not None and values else key
+        for key, (_, values) in zip(found, items, strict=True)
+    ]

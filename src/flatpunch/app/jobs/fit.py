@@ -173,13 +173,13 @@ def _picture(result: FitResult) -> Plain:
 
 def _all(case: FitCase, path: Path) -> Plain:
     """Fit every curve of a file, one after the other, with progress."""
-    items = listed([path], case.reading)
+    places = [(item, {}) for item in listed([path], case.reading)]
     rows: list[Plain] = []
     forget_models()
     with reporting("Fitting", None) as report:
-        for done in fit_rows(items, case.sample, case.free, replace(case.settings, quick=True), case.reading, 1):
+        for done in fit_rows(places, case.sample, case.free, replace(case.settings, quick=True), case.reading, 1):
             rows.extend(done)
-            report(len(rows), len(items))
+            report(len(rows), len(places))
     batch = Batch(tuple(on_grid(rows)), case.sample.numbers)
     numbers = [case.sample.numbers[name] for name in case.free]
     shown = [
