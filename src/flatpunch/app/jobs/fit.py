@@ -25,7 +25,7 @@ from flatpunch.app.uploads import Upload
 from flatpunch.files.cases import parsed
 from flatpunch.files.summary import spread
 from flatpunch.files.tables.fields import validated
-from flatpunch.fits.batch import Batch, fit_rows
+from flatpunch.fits.batch import Batch, Placed, fit_rows
 from flatpunch.fits.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
 from flatpunch.fits.cases import CurveTable
 from flatpunch.fits.fitting import fit
@@ -173,7 +173,7 @@ def _picture(result: FitResult) -> Plain:
 
 def _all(case: FitCase, path: Path) -> Plain:
     """Fit every curve of a file, one after the other, with progress."""
-    places = [(item, {}) for item in listed([path], case.reading)]
+    places: list[Placed] = [(item, {}) for item in listed([path], case.reading)]
     rows: list[Plain] = []
     forget_models()
     with reporting("Fitting", None) as report:
