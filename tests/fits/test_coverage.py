@@ -61,8 +61,12 @@ def test_coverage_of_a_few(medium, tip, deepest, name):
     assert binom.cdf(covered, 30, 0.95) > 1e-4
 
 
-_WIDE = pytest.mark.xfail(strict=True, reason="intervals of these are too wide, 97.8 to 98.8 %: the mechanism is not known")
-ALL = [pytest.param(*c, id=c[-1], marks=[_WIDE] * (c[-1] in ("gel-cone", "gel-pyramid", "film-10-sphere"))) for c in CASES]
+_WIDE = pytest.mark.xfail(
+    strict=True, reason="intervals of these are too wide, 97.8 to 98.8 %: the mechanism is not known"
+)
+ALL = [
+    pytest.param(*c, id=c[-1], marks=[_WIDE] * (c[-1] in ("gel-cone", "gel-pyramid", "film-10-sphere"))) for c in CASES
+]
 
 
 @pytest.mark.slow

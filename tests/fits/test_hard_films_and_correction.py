@@ -46,6 +46,42 @@ def test_film_modulus_from_stiffness(ratio):
     assert exact["layers[0].young"] == pytest.approx(70e9 * ratio, rel=1e-6)
 
 
+def _with_imprint(share, noise=0.0):
+    """Stiffness of contacts on films of the thickness t - share h_c, each a film of its own."""
+    curve = _measured(_film(1.0), noise=0.0)
+    points = oliver_pharr(curve, TIP)
+    thin = [Medium([Layer(70e9, 0.25, T - share * h)], HalfSpace(160e9, 0.2)) for h in points.contact_depth]
+    modulus = np.array([half_space_stiffness(m, a) for m, a in zip(thin, points.radius, strict=True)])
+    stiffness = TIP.stiffness(points.radius, modulus) * np.exp(
+        noise * np.random.default_rng(2).normal(size=modulus.size)
+    )
+    force = 5e9 * TIP.area(points.contact_depth)
+    return Curve(points.contact_depth + TIP.epsilon * force / stiffness, force, stiffness=stiffness)
+
+
+def half_space_stiffness(medium, radius):
+    return medium.surface_modulus * normalised_stiffness(medium, np.array([radius]))[0]
+
+
+def test_an_imprint_thins_the_film():
+    """With the imprint the modulus does not depend on the range of depths; without it rises, and the note names it."""
+    start, young = Medium([Layer(50e9, 0.25, T)], HalfSpace(160e9, 0.2)), "layers[0].young"
+    curve = _with_imprint(0.5, noise=0.003)
+    ranges = [(0.0, 150e-9), (0.0, 300e-9), (0.0, np.inf)]
+    rising = [fit_film(curve, start, TIP, depths=d, compare=False)[young] for d in ranges]
+    assert rising[0] < 1.02 * 70e9 < 1.05 * 70e9 < rising[-1]
+    assert "the imprint, which thins the film" in " ".join(fit_film(curve, start, TIP, compare=False).notes)
+    for d in ranges:
+        assert fit_film(curve, start, TIP, depths=d, imprint=0.5, compare=False)[young] == pytest.approx(70e9, rel=5e-3)
+    found = fit_film(curve, start, TIP, [young, "imprint"], compare=False)
+    assert found["imprint"] == pytest.approx(0.5, abs=4 * found.estimates["imprint"].stderr)
+    assert found[young] == pytest.approx(70e9, abs=4 * found.estimates[young].stderr)
+    assert "by 0.5" in " ".join(found.notes)
+    for sample, share in ((HalfSpace(70e9, 0.2), 0.5), (start, 1.5)):
+        with pytest.raises(ValueError, match="imprint"):
+            fit_film(curve, sample, TIP, imprint=share)
+
+
 def test_frame_compliance_is_found_with_the_film():
     frame = 2e-7
     result = fit_film(

@@ -138,7 +138,8 @@ def fit_film(
     """Fit a hard film to contact stiffness: continuous stiffness (CSM), or the unloading of load cycles.
 
     The modulus of film or substrate is written [bold]{ fit = ... }[/bold] in the case file; a table [bold]film[/bold] has the
-    tip's area_coefficients (nm; a workbook's own if left out), beta, epsilon, frame, fit_frame, depth_min, depth_max.
+    tip's area_coefficients (nm; a workbook's own if left out), beta, epsilon, frame, fit_frame, imprint, fit_imprint, depth_min,
+    depth_max.
     """
     _check_order(curve, case)
     _fit_film(curve, case, output, plot, style)
@@ -347,7 +348,8 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
     loaded = read_fit_case(case)
     film = dict(loaded.film)
     tip = film_tip(path, film)
-    names = [*(loaded.free or ()), *(["frame"] if film.get("fit_frame") else [])] or None
+    beside = [name for name in ("frame", "imprint") if film.get(f"fit_{name}")]
+    names = [*(loaded.free or ()), *beside] or None
     curves = film_curves(path, loaded.reading)
     tables, pictures = (_numbered(*given, len(curves)) for given in (("--output", output), ("--plot", plot)))
     wanted: list[tuple[Path | None, Callable[[Path], object]]] = []
@@ -362,6 +364,7 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
                     names,
                     depths=film.get("depths", (0.0, float("inf"))),
                     frame=film.get("frame", 0.0),
+                    imprint=film.get("imprint", 0.0),
                 )
             except CurveError as error:
                 # one bad test costs one test

@@ -195,6 +195,8 @@ class FilmTable(Table):
     epsilon: Number = 0.75
     frame: str | None = None
     fit_frame: Switch = False
+    imprint: Number = 0.0
+    fit_imprint: Switch = False
     depth_min: Length = 0.0
     depth_max: Length | None = None
 

@@ -6,6 +6,7 @@ Contact depth after Oliver and Pharr, h_c = h - epsilon P/S; contact radius from
 
 with the exact normalised stiffness Kbar of film and substrate, the tip's own compliance and that of the load frame C_f in
 series. The film's modulus, and whatever else is free, is fitted over all depths; S counts with constant relative error.
+A plastic imprint thins the film under the tip: with `imprint` = c it counts as t - c h_c thick.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from functools import partial
 import numpy as np
 from scipy.special import ndtri
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
@@ -28,7 +29,7 @@ from flatpunch.fits.half_space.correction import punch_modulus
 from flatpunch.fits.half_space.formulas import equivalents, layer_on_top
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
-from flatpunch.fits.parameters.numbers import BESIDE, FRAME, Scale, check_names, ends, numbers_in
+from flatpunch.fits.parameters.numbers import BESIDE, FRAME, IMPRINT, Scale, check_names, ends, numbers_in
 from flatpunch.fits.report.quantities import unit_of
 from flatpunch.fits.report.table import LEVEL, Estimate, Row, Rows, Tabled, rows_of
 from flatpunch.media import Body, Stack
@@ -41,6 +42,10 @@ _WIDE = float(np.log(1e6))
 """Largest change of the logarithm of a parameter, a factor of a million; also of the frame in millions of its unit."""
 _BESIDE = 5.0
 """Largest change of ln of the film's modulus by a published formula; at its end the points do not determine the modulus."""
+_THINNEST = 1e-3
+"""Least thickness of a film that the tip has gone through, over that of the film: thin, not absent."""
+_HALF = 0.5
+"""Where the search of `imprint` starts."""
 _DRIFTS = 0.5
 """Correlation of neighbouring residuals above which they are no scatter."""
 
@@ -53,7 +58,7 @@ class FilmResult(Tabled):
     Attributes
     ----------
     estimates : dict
-        Free parameters by name, and "frame" [m/N] if fitted.
+        Free parameters by name, and "frame" [m/N] and "imprint" if fitted.
     case : Medium or HalfSpace
         The sample with the fitted values.
     points : OliverPharr
@@ -198,6 +203,7 @@ def fit_film(
     *,
     depths: tuple[float, float] = (0.0, float("inf")),
     frame: float = 0.0,
+    imprint: float = 0.0,
     compare: bool = True,
 ) -> FilmResult:
     """Fit the modulus of a film (or of a homogeneous sample) to its contact stiffness over depth.
@@ -211,11 +217,14 @@ def fit_film(
     tip : Tip
         Area function, constants, material.
     free : sequence of str, optional
-        Parameters as in `fit`, and "frame" for the load frame's compliance; the surface's Young's modulus if left out.
+        Parameters as in `fit`, "frame" for the load frame's compliance, and "imprint"; the surface's Young's modulus if left out.
     depths : tuple of float
         Range of depths h that is fitted [m].
     frame : float
         Compliance of the load frame [m/N], or where its search starts.
+    imprint : float
+        Share of the contact depth by which the plastic imprint thins the film under the tip, 0 to 1; about a half in hard films.
+        For one homogeneous layer.
     compare : bool
         Whether to fit published formulas to the same points (one film on a half-space).
 
@@ -255,20 +264,19 @@ def fit_film(
     def points(frame: float) -> OliverPharr:
         return analysed(curve, tip, max(frame, 0.0)).taken(inside)
 
-    known = numbers_in(sample, None) | {FRAME: BESIDE[FRAME]}
+    known = numbers_in(sample, None) | {FRAME: BESIDE[FRAME], IMPRINT: BESIDE[IMPRINT]._replace(value=imprint or _HALF)}
     check_names(names, known)
+    _check_imprint(sample, IMPRINT in names, imprint)
     scales = [Scale("plain", frame, _UNIT) if n == FRAME else Scale.of(known[n]) for n in names]
 
-    def described(x: Array) -> tuple[Body, OliverPharr]:
+    def described(x: Array) -> tuple[Body, OliverPharr, float]:
         found = {name: float(scale.external(v)) for name, scale, v in zip(names, scales, x, strict=True)}
-        here = points(found.pop(FRAME, frame))
-        return with_values(sample, None, found)[0], here
+        here, share = points(found.pop(FRAME, frame)), found.pop(IMPRINT, imprint)
+        return with_values(sample, None, found)[0], here, share
 
     def residual(x: Array) -> Array:
-        medium, here = described(x)
-        # a frame may leave no contact at some points, whose residuals are zero
-        radius = np.nan_to_num(here.radius, nan=float(np.nanmax(here.radius)))
-        return misfit_of(here, tip, punch_modulus(medium, radius))
+        medium, here, share = described(x)
+        return misfit_of(here, tip, _thinned(medium, here, share))
 
     if (count := int(np.isfinite(points(frame).radius).sum())) < len(names) + 3:
         raise CurveError(
@@ -280,7 +288,7 @@ def fit_film(
     lower, upper = np.array([(-np.inf, np.inf) if n == FRAME else ends(known[n]) for n in names]).T
     limits = np.maximum(start - wide, lower), np.minimum(start + wide, upper)
     found, spread = least_squares_fit(residual, start, limits, count)
-    medium, here = described(found.x)
+    medium, here, share = described(found.x)
     here = here.taken(np.isfinite(here.radius))
     reach, estimates = float(ndtri((1 + LEVEL) / 2)), {}
     for name, scale, x, error in zip(names, scales, found.x, np.sqrt(np.diag(spread)), strict=True):
@@ -296,21 +304,39 @@ def fit_film(
             rule = tenth_rule(stack, tip)
         if film.isotropic and compare:
             others = by_formulas(here, tip, stack)
-    model = punch_modulus(medium, here.radius)
-    notes = (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual))
+    model = _thinned(medium, here, share)
+    notes = (*curve.meta.get("notes", ()), *_notes(sample, here, found.residual, share))
     return FilmResult(
         estimates, medium, here, model, others, float(np.sqrt(found.cost / count)), rule, notes, curve.name
     )
 
 
-def _notes(sample: Body, points: OliverPharr, residual: Array) -> Iterable[str]:
+def _check_imprint(sample: Body, fitted: bool, imprint: float) -> None:
+    BESIDE[IMPRINT].number.checked("imprint", imprint)
+    if (fitted or imprint) and not (sample.single and len(sample.single.layers) == 1):
+        raise BadValue("imprint", repr(imprint), "goes with one layer, which it thins. Leave it out.")
+
+
+def _thinned(medium: Body, points: OliverPharr, share: float) -> Array:
+    """Plane-strain moduli of flat punches on a film that the imprint has thinned: those of wider ones on the whole film [Pa]."""
+    # a frame may leave no contact at some points, whose residuals are zero
+    radius = np.nan_to_num(points.radius, nan=float(np.nanmax(points.radius)))
+    if share:
+        radius = radius / np.maximum(1 - share * np.nan_to_num(points.contact_depth) / medium.length, _THINNEST)
+    return punch_modulus(medium, radius)
+
+
+def _notes(sample: Body, points: OliverPharr, residual: Array, share: float) -> Iterable[str]:
     """What users of a fitted film must know."""
+    if share:
+        yield f"The film counts as thinner under the tip by {share:.2f} of the contact depth, by its plastic imprint."
     if sample.single and (deep := int((points.contact_depth > sample.length).sum())):
         yield f"{deep} points are deeper than the film is thick; the tip has gone through. Limit the depths."
     if (memory := memory_of(residual)) > _DRIFTS:
         yield (
-            f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): frame compliance, area function or pile-up. "
-            "The intervals are those of the scatter only."
+            f"The misfit drifts over depth (correlation of neighbours {memory:.2f}): "
+            + ("frame" if share else "the imprint, which thins the film (imprint = 0.5), frame")
+            + " compliance, area function or pile-up. The intervals are those of the scatter only."
         )
 
 
@@ -326,8 +352,7 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple
     that hardly differ fit with any modulus if the exponent makes the film vanish.
     """
     base, t = fitted.base, fitted.length
-    # films that the tip has gone through are thin, not absent
-    below = np.maximum(t - points.contact_depth, 1e-3 * t)
+    below = np.maximum(t - points.contact_depth, _THINNEST * t)
     kings = {"King": points.radius / t, "Saha-Nix": points.radius / below}
     laws = {name: partial(law, points.radius / t) for name, law in equivalents(fitted).items()}
     laws |= {name: partial(published.king, x, substrate=base.surface_modulus) for name, x in kings.items()}

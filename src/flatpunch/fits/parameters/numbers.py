@@ -23,6 +23,7 @@ CALIBRATION = ("spring_constant", "sensitivity")
 WORK = "work_of_adhesion"
 PULL_OFF = "pull-off force"
 FRAME = "frame"
+IMPRINT = "imprint"
 _EDGE = 1e-3
 """Share of a range that fits stay away from an end that does not belong to it."""
 
@@ -36,6 +37,7 @@ BESIDE: dict[str, Place] = {
         "spring_constant": Number("spring constant", "N/m", above=0.0),
         "sensitivity": a_ratio("relative sensitivity", above=0.0),
         FRAME: Number("frame compliance", "m/N"),
+        IMPRINT: a_ratio("thinning by the imprint over its depth", least=0.0, most=1.0),
         WORK: Number("work of adhesion", "J/m^2", above=0.0),
         PULL_OFF: Number("pull-off force", "N"),
         "deepest": Number("largest depth", "m"),
