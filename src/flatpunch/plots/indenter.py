@@ -195,16 +195,16 @@ def _sections(indenter: Indenter, axes: Axes, extent: float, label: str | None =
     curves = [np.asarray(indenter.height(np.abs(t), np.where(t < 0, angle + np.pi, angle))) for angle in directions]
     if indenter.flat and extent >= indenter.reach:  # with its side
         t, curves = t[[0, *range(t.size), -1]], [np.pad(curve, 1, constant_values=extent) for curve in curves]
+    top = max(float(curve.max()) for curve in curves) or extent
     first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
-    rise, height_unit = scale_on(axes.yaxis, [float(curve.max()) for curve in curves], "m")
+    rise, height_unit = scale_on(axes.yaxis, [top], "m")
     for angle, line, curve in zip(directions, ("-", "--"), curves, strict=False):
         along = f"along {np.degrees(angle):.3g}°"
         name = along if label is None else label if indenter.round else f"{label}, {along}"
         axes.plot(t * scale, curve * rise, line, color=next_colour(axes), label=name)
     half = extent * scale if first else max(extent * scale, axes.get_xlim()[1])
     axes.set_xlim(-half, half)
-    tallest = rise * max(float(curve.max()) for curve in curves)
-    axes.set_ylim(0, HEADROOM * tallest if first else max(HEADROOM * tallest, axes.get_ylim()[1]))
+    axes.set_ylim(0, HEADROOM * top * rise if first else max(HEADROOM * top * rise, axes.get_ylim()[1]))
     axes.set_xlabel(f"distance from the apex ({unit})")
     axes.set_ylabel(f"height $f$ ({height_unit})")
     axes.set_title("sections")
