@@ -14,7 +14,7 @@ from flatpunch._support.ceilings import ANGLES
 from flatpunch._support.checks import Array, BadValue, brief, shown, whole
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
-from flatpunch._support.reading import Unreadable, as_path, content, shown_path
+from flatpunch._support.reading import Unreadable, as_path, shown_path, text_content
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.curve import control_from
 from flatpunch.contact.default import adhesive_method
@@ -122,12 +122,15 @@ class ContactTable(Table):
     history: HistoryTable | None = None
     relaxation: RelaxationTable | None = None
     material: MaterialTable | None = None
+    stress: StressTable | None = None
+    design: DesignTable | None = None
+    vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file
 
     @property
     def physics(self) -> Physics:
         """What acts beside elasticity."""
         for name in ("history", "stress", "design"):
-            if self.material is not None and getattr(self, name, None) is not None:
+            if self.material is not None and getattr(self, name) is not None:
                 raise ValueError(f"[material] finite_strain does not go with {name}; leave one of them out.")
         return Physics(
             self.work_of_adhesion,
@@ -144,9 +147,6 @@ class CaseTable(ContactTable):
     relaxation: CaseRelaxationTable | None = None
 
     method: str | None = None
-    stress: StressTable | None = None
-    design: DesignTable | None = None
-    vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file
 
     def build(self, folder: Path) -> Case:
         """Return the case."""
@@ -315,11 +315,9 @@ def _looks_for(value: object) -> bool:
 def case_text(path: str | Path) -> str:
     """Return the text of a case file."""
     try:
-        return content(Path(path), LARGEST).decode("utf-8")
+        return text_content(Path(path), LARGEST)
     except Unreadable as error:
         raise CaseError(f"{shown_path(path)}: {error}. Give the path of a case file in TOML.") from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{shown_path(path)}: not a text file. A case file is TOML in UTF-8.") from None
 
 
 def parsed(text: str, path: Path) -> Plain:

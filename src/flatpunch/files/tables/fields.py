@@ -183,7 +183,7 @@ def explain(details: Sequence[ErrorDetails], data: object) -> list[Problem]:
     return [*(Problem(place, brief(text)) for place, text in found), *more]
 
 
-_LISTED = 20
+_LISTED = 10
 """Problems of one file that are listed."""
 
 LONGEST = 100_000

@@ -14,7 +14,7 @@ from pydantic import Field
 from flatpunch import indenters
 from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.numbers import arguments
-from flatpunch._support.reading import Unreadable, content
+from flatpunch._support.reading import Unreadable, text_content
 from flatpunch.files import units
 from flatpunch.files.height_maps import read_height_map
 from flatpunch.files.tables.fields import Angle, Count, Length, Number, Switch, Table
@@ -126,9 +126,7 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
     """
     try:
         # largest CSV file of a profile [bytes]
-        text = content(path, 20_000_000).decode("utf-8")
-    except UnicodeDecodeError:
-        raise BadValue("file", shown(path.name), "is no text file; a profile is CSV in UTF-8.") from None
+        text = text_content(path, 20_000_000)
     except Unreadable as error:
         raise BadValue("file", shown(path.name), f"is {error}. Give its path relative to the case file.") from None
     lines = [
