@@ -41,7 +41,7 @@ _INSIDE = {
         {"__init__"},
     ],
     "contact": [
-        {"curve", "dataset", "pressure_field"},
+        {"curve", "dataset", "physics", "pressure_field"},
         {"round"},
         {"finite_strain"},
         {"limits"},

@@ -26,12 +26,12 @@ def test_adhesive_case(shipped, tmp_path):
     done = run("solve", path, "-o", nc, "--csv", csv, "--plot", png)
     assert done.exit_code == 0, done.output
     case = read_case(path)
-    lost = fp.pull_off(case.medium, case.indenter, work_of_adhesion=case.work_of_adhesion)
+    lost = fp.pull_off(case.medium, case.indenter, work_of_adhesion=case.physics.work_of_adhesion)
     assert f"Pull-off under prescribed force: {lost.force * 1e12:.4g} pN" in done.output
     assert f"Pull-off under prescribed depth: {lost.depth_minimum.force * 1e12:.4g} pN" in done.output
     assert "(JKR)" in done.output
     xr.testing.assert_identical(load(nc).drop_dims("phi"), load(csv))
-    assert load(nc).attrs["work_of_adhesion"] == case.work_of_adhesion
+    assert load(nc).attrs["work_of_adhesion"] == case.physics.work_of_adhesion
     assert png.stat().st_size > 10_000
     assert "Adhesion  work 20 µJ/m², range of action 1 nm" in run("check", path).output
 

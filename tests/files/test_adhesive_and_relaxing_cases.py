@@ -56,7 +56,7 @@ def read(tmp_path):
 
 def test_adhesion(read):
     case = read(STICKY)
-    assert (case.work_of_adhesion, case.range_of_action) == (5e-5, 5e-10)
+    assert (case.physics.work_of_adhesion, case.physics.range_of_action) == (5e-5, 5e-10)
     assert case.method == "second-order"
     # evenly spaced between two floats: a few roundings
     np.testing.assert_allclose(case.values, 1e-9 * np.linspace(100, -60, 9), rtol=1e-14, atol=1e-22)
@@ -73,13 +73,13 @@ def test_a_range_across_zero_has_a_step_at_zero(read):
 
 @pytest.mark.parametrize("unit", ["mN/m", "mJ/m^2", "erg/cm^2", "fJ/um^2"])
 def test_units_of_the_work_of_adhesion(read, unit):
-    assert read(STICKY.replace('"50 uJ/m^2"', f'"2 {unit}"')).work_of_adhesion == pytest.approx(2e-3, rel=1e-15)
+    assert read(STICKY.replace('"50 uJ/m^2"', f'"2 {unit}"')).physics.work_of_adhesion == pytest.approx(2e-3, rel=1e-15)
 
 
 def test_segments(read):
     case = read(RELAXING)
     assert (case.control, case.method) == ("depth", None)  # chosen when it is solved
-    assert case.relaxation == fp.PowerLawRelaxation(0.25, 1.0)
+    assert case.physics.relaxation == fp.PowerLawRelaxation(0.25, 1.0)
     # every one of these fractions but the length unit is exact in binary
     assert case.time.tolist() == [0, 0.25, 0.5, 0.75, 1, 3.5, 6, 6.5, 7, 7.5, 8]
     np.testing.assert_allclose(
@@ -128,7 +128,7 @@ def test_histories(read, history, control, time, expected):
     ],
 )
 def test_relaxations(read, table, expected):
-    assert read(f"{BODY}[relaxation]\n{table}\n{SEGMENTS}").relaxation == expected
+    assert read(f"{BODY}[relaxation]\n{table}\n{SEGMENTS}").physics.relaxation == expected
 
 
 STEPS = SEGMENTS[SEGMENTS.index("segments") :]
@@ -234,7 +234,7 @@ def test_what_the_shipped_case_says_of_the_glass():
     """Numbers in the comment of the example: 13 % more force, 57 instead of 82 nm."""
     (path,) = [path for path in shipped_cases() if "sticking" in path.name]
     case = read_case(path)
-    work = case.work_of_adhesion
+    work = case.physics.work_of_adhesion
     layer = fp.pull_off(case.medium, case.indenter, work_of_adhesion=work)
     thick = fp.pull_off(fp.HalfSpace(3e3, 0.48), case.indenter, work_of_adhesion=work)
     assert layer.force / thick.force == pytest.approx(1.13, abs=0.005)
@@ -261,7 +261,7 @@ def _each(tmp_path, indenter=BALL, bodies=ELASTIC, more=""):
 @pytest.mark.long
 def test_relaxation_of_each_layer(tmp_path):
     case = _each(tmp_path)
-    assert case.relaxation == (fp.Prony([0.5], [2.0]), None)
+    assert case.physics.relaxation == (fp.Prony([0.5], [2.0]), None)
     assert "Prony" in " ".join(fp.files.describe(case))
     direct = fp.indent(
         case.medium, case.indenter, depth=case.values, time=case.time, relaxation=[fp.Prony([0.5], [2.0]), None]

@@ -67,7 +67,7 @@ def _print(case: Case, found: Stresses) -> None:
         about = f"friction {attrs['friction']:g}, method {attrs['method']}"
         say_table(title, STRESS_COLUMNS, stress_rows(found), about)
     else:
-        adhesive = case.work_of_adhesion is not None
+        adhesive = case.physics.work_of_adhesion is not None
         why = "infinite at the rim of an adhesive contact" if adhesive else "not searched under this tip"
         say(f"{title}. Largest stresses are {why}; see the points of the result.")
     say(f"Estimated error of stresses: {attrs['stress_error']:.1g} of the size of the pressure.")

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.checks import Values, positive, shown, values
+from flatpunch._support.checks import Values, shown, values
 from flatpunch._support.record import record
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.default import EXACT, LIFTS_OFF, Choice, Method, adhesive_method, asked_for, choose, solver_of
 from flatpunch.contact.methods import BoundaryElements, Exact
+from flatpunch.contact.physics import Physics
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_rising
 from flatpunch.media import Body
@@ -24,28 +25,33 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+def control_with(physics: Physics, method: Method | None, indenter: Indenter, **given: Values | None) -> Control:
+    """What is prescribed: depth and force of an adhesive contact may be negative."""
+    if physics.work_of_adhesion is None:
+        return control_from(**given)
+    from flatpunch.contact.adhesion.method import adhesive_control
+
+    adhesive_method(method, indenter)
+    return adhesive_control(**given)
+
+
 def sticking(
     medium: Body,
     indenter: Indenter,
     given: dict[str, Values | None],
-    work: float,
-    range_of_action: float | None,
+    physics: Physics,
     method: Method | None,
     angles: int,
 ) -> xr.Dataset:
     """Adhesive contact (JKR); arguments as of `indent`."""
-    from flatpunch.contact.adhesion import method as adhesive
+    from flatpunch.contact.adhesion.method import solve
 
-    work = positive("work_of_adhesion", work, unit="J/m**2")
-    ranges = {}
-    if range_of_action is not None:
-        ranges["range_of_action"] = range_of_action = positive("range_of_action", range_of_action, unit="m")
-    chosen = adhesive_method(method, indenter)
-    control = adhesive.adhesive_control(**given)
+    assert physics.work_of_adhesion is not None
+    control = control_with(physics, method, indenter, **given)
     phi = outline_angles(angles, control)
-    curve = adhesive.solve(compliance(medium), indenter, control, phi, work, range_of_action)
-    result = result_of(curve, phi, medium, indenter, control, asked_for(chosen, indenter))
-    return result.assign_attrs(work_of_adhesion=work, **ranges)
+    curve = solve(compliance(medium), indenter, control, phi, physics.work_of_adhesion, physics.range_of_action)
+    choice = asked_for(adhesive_method(method, indenter), indenter)
+    return result_of(curve, phi, medium, indenter, control, choice).assign_attrs(physics.given)
 
 
 def history(
@@ -53,12 +59,13 @@ def history(
     indenter: Indenter,
     given: dict[str, Values | None],
     time: Values | None,
-    relaxation: Relaxation | Sequence[Relaxation | None] | None,
+    physics: Physics,
     method: Method | None,
     angles: int,
 ) -> xr.Dataset:
     """Viscoelastic contact: a history instead of a curve; arguments as of `indent`."""
-    if time is None or not isinstance(relaxation, (list, tuple, Relaxation)):
+    relaxation = physics.relaxation
+    if time is None or not isinstance(relaxation, (tuple, Relaxation)):
         raise ValueError(
             "time and relaxation go together: times [s] with a depth or force each, and the relaxation of the medium, e.g. "
             f"Prony(weights, times). Got time = {shown(time)}, relaxation = {shown(relaxation)}."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal, NotRequired, TypedDict, Unpack, overl
 import numpy as np
 
 from flatpunch._support.ceilings import NUMBERS
-from flatpunch._support.checks import Array, BadValue, Values, numbers, positive, refused_overflow, switch
+from flatpunch._support.checks import Array, BadValue, Values, numbers, refused_overflow, switch
 from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliances import compliance
@@ -17,7 +17,6 @@ from flatpunch.contact.curve import control_from
 from flatpunch.contact.default import (
     Method,
     MethodName,
-    adhesive_method,
     asked_for,
     choose,
     method_of,
@@ -26,9 +25,10 @@ from flatpunch.contact.default import (
 )
 from flatpunch.contact.finite_strain.correction import checked as finite_strain_place
 from flatpunch.contact.finite_strain.correction import solve as finite_strain_curve
-from flatpunch.contact.histories import history, on_free_layer, sticking
+from flatpunch.contact.histories import control_with, history, on_free_layer, sticking
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.methods import BoundaryElements, Exact, Refined, exactly_solved
+from flatpunch.contact.physics import FiniteStrain, Physics, PhysicsOf
 from flatpunch.contact.pressure_field import PressureField
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_indenter
@@ -39,14 +39,11 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-class Options(TypedDict, total=False):
+class Options(PhysicsOf, total=False):
     """Arguments of `indent` that go with depths, forces and radii alike."""
 
     method: MethodName | Method | None
     angles: int
-    work_of_adhesion: float | None
-    range_of_action: float | None
-    finite_strain: Literal["neo-hookean"] | None
 
 
 class History(TypedDict):
@@ -93,7 +90,7 @@ def indent(
     range_of_action: float | None = None,
     time: Values | None = None,
     relaxation: Relaxation | Sequence[Relaxation | None] | None = None,
-    finite_strain: Literal["neo-hookean"] | None = None,
+    finite_strain: FiniteStrain | None = None,
 ) -> xr.Dataset:
     """Press an indenter into a medium: a whole curve in one call.
 
@@ -161,20 +158,14 @@ def indent(
     chosen = None if method is None else method_of(method)
     given = {"depth": depth, "force": force, "radius": radius}
     name = next((each for each, values in given.items() if values is not None), "depth")
-    large = finite_strain_place(finite_strain, medium, indenter, name)
-    if large is not None and not (time is None and relaxation is None and work_of_adhesion is None):
-        raise ValueError("finite_strain does not go with work_of_adhesion, time and relaxation; leave one of them out.")
+    physics = Physics(work_of_adhesion, range_of_action, relaxation, finite_strain)
+    large = finite_strain_place(physics, medium, indenter, name)
     if loose := underlying(medium).free:
-        others = {"work_of_adhesion": work_of_adhesion, "time": time, "relaxation": relaxation}
-        return on_free_layer(loose, indenter, given, chosen, angles, others)
+        return on_free_layer(loose, indenter, given, chosen, angles, {"time": time, **physics.given})
     if time is not None or relaxation is not None:
-        if work_of_adhesion is not None:
-            raise ValueError(
-                "work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved."
-            )
-        return history(medium, indenter, given, time, relaxation, chosen, angles)
-    if work_of_adhesion is not None:
-        return sticking(medium, indenter, given, work_of_adhesion, range_of_action, chosen, angles)
+        return history(medium, indenter, given, time, physics, chosen, angles)
+    if physics.work_of_adhesion is not None:
+        return sticking(medium, indenter, given, physics, chosen, angles)
     control = control_from(**given)
     phi, kernel = outline_angles(angles, control), compliance(medium)
     choice = choose(kernel, indenter, control, phi) if chosen is None else asked_for(chosen, indenter)
@@ -260,14 +251,8 @@ def pressure(
     """
     check_indenter(indenter)
     chosen = None if method is None else method_of(method)
-    if work_of_adhesion is None:
-        control = control_from(depth=depth, force=force, radius=radius)
-    else:
-        from flatpunch.contact.adhesion import method as adhesive
-
-        adhesive_method(chosen, indenter)
-        control = adhesive.adhesive_control(depth=depth, force=force, radius=radius)
-        work_of_adhesion = positive("work_of_adhesion", work_of_adhesion, unit="J/m**2")
+    physics = Physics(work_of_adhesion)
+    control = control_with(physics, chosen, indenter, depth=depth, force=force, radius=radius)
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
     return_error = switch("return_error", return_error)
@@ -291,8 +276,10 @@ def pressure(
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
     r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)
-    if work_of_adhesion is not None:
-        field = PressureField(*adhesive.pressure(kernel, indenter, control, r, work=work_of_adhesion))
+    if physics.work_of_adhesion is not None:
+        from flatpunch.contact.adhesion.method import pressure as adhesive_pressure
+
+        field = PressureField(*adhesive_pressure(kernel, indenter, control, r, work=physics.work_of_adhesion))
     else:
         # all methods have the same pressure but for the depth that belongs to a mean radius
         if exactly_solved(kernel, indenter):

@@ -6,12 +6,12 @@ import re
 import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import Field
 
 from flatpunch._support.ceilings import ANGLES
-from flatpunch._support.checks import Array, BadValue, brief, positive, shown, whole
+from flatpunch._support.checks import Array, BadValue, brief, shown, whole
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, as_path, content, shown_path
@@ -20,6 +20,7 @@ from flatpunch.contact.curve import control_from
 from flatpunch.contact.default import adhesive_method
 from flatpunch.contact.finite_strain.correction import checked as place_in_table
 from flatpunch.contact.histories import check_free_layer
+from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.receding import depths_held_down
 from flatpunch.contact.result import check_outlines
 from flatpunch.contact.viscoelastic import check_each, check_medium
@@ -34,7 +35,6 @@ from flatpunch.files.tables.stress import StressCase, StressTable
 from flatpunch.files.units import decimal_point
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
-from flatpunch.media.relaxation import Relaxation
 
 
 @readable
@@ -58,20 +58,16 @@ class Case:
         Contact method, passed on to `indent`; None leaves the choice to it.
     angles : int
         Number of polar angles of the contour.
-    work_of_adhesion, range_of_action : float or None
-        [J/m^2], [m].
+    physics : Physics
+        Adhesion, relaxation and large strain, as arguments of `indent`.
     time : ndarray of shape (steps,) or None
         Times of a history [s].
-    relaxation : object or None
-        How the medium relaxes, or a tuple of how each layer and the base do; goes with `time`.
     stress : StressCase or None
         Points, friction and strengths for stresses at the last step.
     design : DesignCase or None
         What a design varies and what for.
     source : tuple of Path and str, or None
         The case file and its text.
-    finite_strain : str or None
-        Law of the correction for large strains.
 
     See Also
     --------
@@ -93,24 +89,17 @@ class Case:
     values: Array
     method: str | Method | None
     angles: int
-    work_of_adhesion: float | None = None
-    range_of_action: float | None = None
+    physics: Physics = ELASTIC
     time: Array | None = None
-    relaxation: Relaxation | tuple[Relaxation | None, ...] | None = None
     stress: StressCase | None = None
     design: DesignCase | None = None
     source: tuple[Path, str] | None = field(default=None, repr=False, compare=False)
-    finite_strain: str | None = None
 
     @property
     def arguments(self) -> Plain:
         """What `indent` takes by name to solve the case, after medium and indenter."""
-        more = {
-            name: value
-            for name in ("work_of_adhesion", "range_of_action", "time", "relaxation", "finite_strain")
-            if (value := getattr(self, name)) is not None
-        }
-        return {self.control: self.values, "method": self.method, "angles": self.angles, **more}
+        times = {} if self.time is None else {"time": self.time}
+        return {self.control: self.values, "method": self.method, "angles": self.angles, **times, **self.physics.given}
 
 
 LARGEST = 5_000_000
@@ -135,14 +124,17 @@ class ContactTable(Table):
     material: MaterialTable | None = None
 
     @property
-    def finite_strain(self) -> Literal["neo-hookean"] | None:
-        """Law of the correction for large strains, which goes with held elastic bodies alone."""
-        if self.material is None:
-            return None
-        for name in ("work_of_adhesion", "history", "relaxation", "stress", "design"):
-            if getattr(self, name, None) is not None:
+    def physics(self) -> Physics:
+        """What acts beside elasticity."""
+        for name in ("history", "stress", "design"):
+            if self.material is not None and getattr(self, name, None) is not None:
                 raise ValueError(f"[material] finite_strain does not go with {name}; leave one of them out.")
-        return self.material.finite_strain
+        return Physics(
+            self.work_of_adhesion,
+            self.range_of_action,
+            None if self.relaxation is None else self.relaxation.built,
+            None if self.material is None else self.material.finite_strain,
+        )
 
 
 class CaseTable(ContactTable):
@@ -163,24 +155,23 @@ class CaseTable(ContactTable):
         whole("angles", self.angles, 8, "The outline is sampled at that many polar angles.", most=ANGLES)
         medium: Any = pressed(self.layers, self.base, self.upper, self.lower)
         self._check_what_is_prescribed()
+        physics = self.physics
         if medium.free:
-            others = {
-                name: getattr(self, name)
-                for name in ("work_of_adhesion", "relaxation", "stress", "design", "finite_strain")
-            }
+            others = {"stress": self.stress, "design": self.design, **physics.given}
             check_free_layer(self.indenter.built, None if self.method is None else method_of(self.method), others)
-        law = self.finite_strain
         if self.history is not None:
-            return self._history(medium, self.history)
+            return self._history(medium, physics, self.history)
         control, steps = self._steps()
         check_outlines(self.angles, steps.size)
-        method = self._method()
+        method = self.method
+        if physics.work_of_adhesion is not None:
+            method = adhesive_method(None if method is None else method_of(method), self.indenter.built).name
         stress = None if self.stress is None else self.stress.built
         indenter = self.indenter.built
         if medium.free:
             given = {name: steps if name == control else None for name in ("depth", "force", "radius")}
             depths_held_down(medium, indenter, control_from(**given))
-        place_in_table(law, medium, indenter, control)
+        place_in_table(physics, medium, indenter, control)
         return Case(
             self.title,
             medium,
@@ -189,11 +180,9 @@ class CaseTable(ContactTable):
             steps,
             method,
             self.angles,
-            work_of_adhesion=self.work_of_adhesion,
-            range_of_action=self.range_of_action,
+            physics,
             stress=stress,
             design=None if self.design is None else self.design.case(medium, indenter, stress),
-            finite_strain=law,
         )
 
     def _steps(self) -> tuple[str, Array]:
@@ -219,28 +208,13 @@ class CaseTable(ContactTable):
             raise ValueError(
                 f"[history] and [relaxation] go together: the history of a body that relaxes; found [{lone}] alone."
             )
-        if self.range_of_action is not None and self.work_of_adhesion is None:
-            raise BadValue("range_of_action", repr(self.range_of_action), "has no meaning without work_of_adhesion.")
         if self.history is not None and self.stress is not None:
             raise ValueError("[stress] and [history] do not go together: stresses are those of an elastic contact.")
         if self.history is not None and self.design is not None:
             raise ValueError("[design] and [history] do not go together: designs are those of elastic contacts.")
-        if self.history is not None and self.work_of_adhesion is not None:
-            raise ValueError(
-                "work_of_adhesion and [history] do not go together: adhesion of viscoelastic bodies is not solved."
-            )
 
-    def _method(self) -> str | None:
-        if self.work_of_adhesion is None:
-            return self.method
-        for name in ("work_of_adhesion", "range_of_action"):
-            if getattr(self, name) is not None:
-                positive(name, getattr(self, name))
-        return adhesive_method(None if self.method is None else method_of(self.method), self.indenter.built).name
-
-    def _history(self, medium: Body, table: HistoryTable) -> Case:
-        assert self.relaxation is not None
-        history, indenter, relaxation = table.built, self.indenter.built, self.relaxation.built
+    def _history(self, medium: Body, physics: Physics, table: HistoryTable) -> Case:
+        history, indenter, relaxation = table.built, self.indenter.built, physics.relaxation
         if isinstance(relaxation, tuple):
             check_each(medium, indenter, None if self.method is None else method_of(self.method), relaxation)
         else:
@@ -256,8 +230,8 @@ class CaseTable(ContactTable):
             history.values,
             self.method,
             self.angles,
+            physics,
             time=history.time,
-            relaxation=relaxation,
         )
 
 

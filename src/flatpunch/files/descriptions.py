@@ -16,6 +16,7 @@ from flatpunch.compliances import compliance
 from flatpunch.contact import BoundaryElements, Choice, Refined, SecondOrder, default_choice, indent, method_of
 from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT, LIFTS_OFF
+from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.designs import LargestLoad
 from flatpunch.files.cases import Case
 from flatpunch.files.tables.design import DesignCase
@@ -79,9 +80,7 @@ def describe(case: Case) -> Iterator[str]:
     >>> print(lines[0])
     Case      Sphere on articular cartilage, stiffer with depth, on bone
     """
-    yield from describe_sample(
-        case.title, case.medium, case.indenter, case.work_of_adhesion, case.range_of_action, case.relaxation
-    )
+    yield from describe_sample(case.title, case.medium, case.indenter, case.physics)
     if case.time is None:
         yield f"Control   {_control(case)}"
     else:
@@ -103,7 +102,7 @@ def describe(case: Case) -> Iterator[str]:
 
 def _choice(case: Case) -> Choice:
     """The method that is named, or the one that `indent` would choose."""
-    if case.work_of_adhesion is not None:
+    if case.physics.work_of_adhesion is not None:
         chosen = SecondOrder() if case.method is None else method_of(case.method)
         return Choice(chosen, EXACT if case.indenter.round else "adhesive contacts of other tips", quick=True)
     if case.method is not None:
@@ -118,7 +117,7 @@ def _choice(case: Case) -> Choice:
 
 def _expected(case: Case, choice: Choice) -> str:
     """The error that is expected of force and outline."""
-    if isinstance(case.relaxation, tuple):
+    if isinstance(case.physics.relaxation, tuple):
         return "force by rings and time steps, its error estimated with the result"
     if choice is LIFTS_OFF:
         return "the result has the estimate of the force"
@@ -129,7 +128,7 @@ def _expected(case: Case, choice: Choice) -> str:
         return f"force to about {percent(method.rtol)}; the result has the estimate of every step"
     if isinstance(method, BoundaryElements):
         return f"force to about {_CELLS_LEAVE}; the result has the estimate of every step"
-    if case.work_of_adhesion is not None:
+    if case.physics.work_of_adhesion is not None:
         return "force and outline to second order of the asymmetry"
     # longest time that `check` may take for the expected error [s]; beyond, it is left to the result
     if _graded_seconds(case) > 2.0:
@@ -192,9 +191,7 @@ def _duration(seconds: float) -> str:
     return next((said for limit, said in _TIMES if seconds < limit), "hours")
 
 
-def describe_sample(
-    title: str, medium: Body, indenter: Indenter, work: float | None, range_of_action: float | None, relaxation: object
-) -> Iterator[str]:
+def describe_sample(title: str, medium: Body, indenter: Indenter, physics: Physics = ELASTIC) -> Iterator[str]:
     """Yield the lines about bodies, indenter, relaxation and adhesion.
 
     See Also
@@ -204,7 +201,7 @@ def describe_sample(
     Examples
     --------
     >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
-    >>> for line in fp.files.describe_sample("Gel", gel, tip, None, None, None):
+    >>> for line in fp.files.describe_sample("Gel", gel, tip):
     ...     print(line)
     Case      Gel
     Body      HalfSpace young 5 kPa, poisson 0.5
@@ -213,12 +210,13 @@ def describe_sample(
     yield f"Case      {title or '(no title)'}"
     yield from describe_bodies(medium)
     yield f"Indenter  {words(indenter)}"
+    relaxation, work, within = physics.relaxation, physics.work_of_adhesion, physics.range_of_action
     if relaxation is not None:
         each = relaxation if isinstance(relaxation, tuple) else (relaxation,)
         yield f"Relaxes   {'; '.join('elastic' if one is None else words(one) for one in each)}"
     if work is not None:
-        within = f", range of action {text(range_of_action, 'm')}" if range_of_action is not None else ""
-        yield f"Adhesion  work {text(work, 'J/m^2').replace('^2', '²')}{within}"
+        ends = f", range of action {text(within, 'm')}" if within is not None else ""
+        yield f"Adhesion  work {text(work, 'J/m^2').replace('^2', '²')}{ends}"
 
 
 def describe_bodies(medium: Body) -> Iterator[str]:

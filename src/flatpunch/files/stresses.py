@@ -62,12 +62,12 @@ def stresses(case: Case) -> Stresses:
         )
     asked = case.stress or StressCase(None, None, None)
     contact = {case.control: float(case.values[-1]), "method": case.method, **asked.arguments}
-    if case.work_of_adhesion is not None:
-        contact["work_of_adhesion"] = case.work_of_adhesion
+    if case.physics.work_of_adhesion is not None:
+        contact["work_of_adhesion"] = case.physics.work_of_adhesion
     reach, deep = _extent(case, contact)
     found = fields(case.medium, case.indenter, *asked.points(reach, deep), **contact)
     first, note = first_failure(case)
-    if first is not None and case.work_of_adhesion is not None:
+    if first is not None and case.physics.work_of_adhesion is not None:
         note = "First failure: that of a growing contact without adhesion."
     if note:
         found.attrs["notes"] = "\n".join([*str(found.attrs.get("notes", "")).splitlines(), note])
@@ -79,7 +79,7 @@ def stresses(case: Case) -> Stresses:
 
 def _peaks(case: Case, asked: StressCase, found: xr.Dataset) -> xr.Dataset | None:
     """Largest stresses at the depth of the fields; infinite at the rim of adhesive contacts, not searched under some tips."""
-    if case.work_of_adhesion is not None:
+    if case.physics.work_of_adhesion is not None:
         return None
     try:
         return peak_stresses(

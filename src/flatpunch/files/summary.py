@@ -74,11 +74,9 @@ def _solved_by(result: xr.Dataset) -> str:
 
 def pull_off_lines(case: Case) -> list[str]:
     """Say where a sticking contact is lost; nothing without adhesion."""
-    if case.work_of_adhesion is None:
+    if (work := case.physics.work_of_adhesion) is None:
         return []
-    lost = pull_off(
-        case.medium, case.indenter, work_of_adhesion=case.work_of_adhesion, range_of_action=case.range_of_action
-    )
+    lost = pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.physics.range_of_action)
     lines = [
         f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
         + (f"; force may be off by {percent(at.force_error)}" if at.force_error > NOTABLE_FORCE else "")

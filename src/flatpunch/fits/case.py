@@ -18,6 +18,7 @@ from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.contact.default import EXACT
+from flatpunch.contact.physics import Physics
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.descriptions import takes
@@ -158,7 +159,9 @@ class FitCaseTable(ContactTable):
     def build(self, folder: Path) -> FitCase:
         """Return the case, still without free parameters."""
         method: Any = self.method  # a text until it is checked here
-        settings = Settings(method=method, finite_strain=self.finite_strain, **(self.fit.built if self.fit else {}))
+        settings = Settings(
+            method=method, finite_strain=self.physics.finite_strain, **(self.fit.built if self.fit else {})
+        )
         method_for(self.indenter.built, method)
         case = FitCase(
             self.title,
@@ -338,7 +341,7 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     """Yield lines that say what a case would fit."""
     settings = case.settings
     yield from describe_sample(
-        case.title, case.medium, case.indenter, case.work_of_adhesion, case.range_of_action, case.relaxation
+        case.title, case.medium, case.indenter, Physics(case.work_of_adhesion, case.range_of_action, case.relaxation)
     )
     for i, (name, free) in enumerate(case.free.items()):
         unit = unit_of(name)

@@ -9,13 +9,14 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array, BadValue, real
 from flatpunch._support.prefixes import text
+from flatpunch.contact.physics import FiniteStrain
 from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.elastic import model as elastic_model
 from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import internal, plain_limits
-from flatpunch.fits.parameters.settings import FiniteStrain, FitMethod, Free
+from flatpunch.fits.parameters.settings import FitMethod, Free
 from flatpunch.fits.report.quantities import unit_of
 from flatpunch.fits.viscoelastic.model import HistoryModel
 

@@ -9,15 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch import bem
-from flatpunch._support.checks import Array, BadValue, positive
+from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact import BoundaryElements, FirstOrder, Method, indent, method_of, pressure
-from flatpunch.contact.curve import Control, control_from
+from flatpunch.contact.curve import Control
 from flatpunch.contact.dataset import outlines
-from flatpunch.contact.default import adhesive_method
+from flatpunch.contact.histories import control_with
 from flatpunch.contact.limits import deepest
+from flatpunch.contact.physics import Physics
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
 from flatpunch.stresses.axisymmetric.contact_load import contact_load
@@ -90,20 +91,15 @@ def contact_of(
     check_indenter(indenter)
     chosen = None if method is None else method_of(method)
     compliance(medium)  # refuses what is no medium
+    physics = Physics(work_of_adhesion)
+    control = control_with(physics, chosen, indenter, **given)
     if work_of_adhesion is None:
-        control = control_from(**given)
         _check_depth(medium, control)
-    else:
-        from flatpunch.contact.adhesion.method import adhesive_control
-
-        work_of_adhesion = positive("work_of_adhesion", work_of_adhesion, unit="J/m**2")
-        adhesive_method(chosen, indenter)
-        control = adhesive_control(**given)
     if control.values.size != 1:
         raise ValueError(
             f"{control.name} has {control.values.size} values; fields belong to one contact. Give one of them."
         )
-    return Contact(medium, indenter, control, chosen, work_of_adhesion)
+    return Contact(medium, indenter, control, chosen, physics.work_of_adhesion)
 
 
 def _check_depth(medium: Body, control: Control) -> None:

@@ -47,7 +47,7 @@ def is_long(case: Case) -> bool:
         return False
     if case.time is not None:
         return True
-    if case.method is None and case.work_of_adhesion is None:
+    if case.method is None and case.physics.work_of_adhesion is None:
         return not default_choice(case.indenter, case.medium, **{case.control: case.values}).quick
     return case.indenter.exponent is None or (case.method is not None and method_of(case.method).name == "refined")
 
@@ -127,7 +127,7 @@ def _pressure(case: Case, result: xr.Dataset, at: int, half: float) -> Plain:
         x[None, :],
         x[:, None],
         method=result.attrs["method"],
-        work_of_adhesion=case.work_of_adhesion,
+        work_of_adhesion=case.physics.work_of_adhesion,
         return_error=True,
         **control,
     )

@@ -25,7 +25,6 @@ from flatpunch._support.prefixes import text
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.finite_strain.places import (
-    NEO_HOOKEAN,
     Place,
     Strained,
     cone_place,
@@ -43,6 +42,7 @@ from flatpunch.contact.finite_strain.tables import (
     of_poisson,
     tables,
 )
+from flatpunch.contact.physics import NEO_HOOKEAN
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, Sphere
 from flatpunch.media import Body, HalfSpace, Layer, Medium, RigidBase

@@ -8,22 +8,22 @@ from dataclasses import replace
 import numpy as np
 
 from flatpunch._support.checks import Array, BadValue
-from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.finite_strain.caps import place_of
-from flatpunch.contact.finite_strain.places import NEO_HOOKEAN, SETTLED, Place
+from flatpunch.contact.finite_strain.places import SETTLED, Place
+from flatpunch.contact.physics import NEO_HOOKEAN, Physics
 from flatpunch.media import Body, underlying
 
 ITERATIONS = 30
 """Most steps of Newton's method."""
 
 
-def checked(name: str | None, medium: Body, indenter: object, control: str) -> Place | None:
+def checked(physics: Physics, medium: Body, indenter: object, control: str) -> Place | None:
     """Place of a case in the table, or None where no law is asked for; refuses what cannot be corrected."""
+    name = physics.finite_strain
     if name is None:
         return None
-    one_of("finite_strain", name, (NEO_HOOKEAN,), "None is linear theory.")
     if underlying(medium).free:
         raise BadValue("finite_strain", repr(name), "does not go with a FreeLayer, which lifts off.")
     if control == "radius":

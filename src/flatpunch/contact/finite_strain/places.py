@@ -21,12 +21,10 @@ from flatpunch.contact.finite_strain.tables import (
     tables,
     thick_end,
 )
+from flatpunch.contact.physics import NEO_HOOKEAN
 from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, angular_rule
 from flatpunch.indenters.shapes.facets import face_gradients
 from flatpunch.media import Body
-
-NEO_HOOKEAN = "neo-hookean"
-"""W = mu/2 (I - 3) + kappa/2 (J - 1)^2 with I = J^(-2/3) tr F^T F."""
 
 SETTLED = 1e-5
 """Relative step of Newton's method after which a depth is known to about its square."""

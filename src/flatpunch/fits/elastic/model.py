@@ -21,10 +21,11 @@ from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import FEW_ANGLES, percent
 from flatpunch.contact.finite_strain.caps import place_of
+from flatpunch.contact.physics import FiniteStrain
 from flatpunch.fits.elastic.table import Table, at_pieces
 from flatpunch.fits.parameters.free_parameters import FreeParameters
 from flatpunch.fits.parameters.scaling import Scaling, replaced, scaling, value_of
-from flatpunch.fits.parameters.settings import FiniteStrain, FitMethod
+from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.punch import UnresolvedLayer

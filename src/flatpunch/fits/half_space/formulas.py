@@ -293,7 +293,7 @@ def compare_case(case: Case) -> xr.Dataset:
     """Compare the formulas at the steps of a case; ValueError for histories and adhesion, and as for `compare_formulas`."""
     if case.time is not None:
         raise ValueError("formulas are for elastic samples; give a [control] instead of a [history].")
-    if case.work_of_adhesion is not None:
+    if case.physics.work_of_adhesion is not None:
         raise ValueError("work_of_adhesion: formulas are compared without adhesion; leave it out.")
     given: Plain = {name: case.arguments.get(name) for name in (case.control, "method", "finite_strain")}
     return compare_formulas(case.medium, case.indenter, **given)

@@ -12,7 +12,7 @@ from flatpunch._support.deprecation import deprecated
 from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
-from flatpunch.contact.finite_strain.places import NEO_HOOKEAN
+from flatpunch.contact.physics import NEO_HOOKEAN, FiniteStrain
 from flatpunch.fits.measured.orientation import Direction
 from flatpunch.fits.measured.signal import Adhesion
 from flatpunch.fits.parameters.unknowns import NUISANCE
@@ -22,7 +22,6 @@ Baseline = Literal["auto", "constant", "linear", "none"]
 Segment = Literal["auto", "approach", "retract", "both"]
 FitMethod = Literal["auto"] | MethodName | Method
 """A contact method, its short name, or the choice of one."""
-FiniteStrain = Literal["neo-hookean"]
 """Laws of the correction for large strains."""
 
 
