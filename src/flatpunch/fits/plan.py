@@ -349,7 +349,7 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
     inside = readings > 0
     # contacts between which ln F and its derivatives, smooth over ln d, are interpolated
     nodes = readings.max() * np.geomspace(1e-3, 1, 48)
-    known = {each.name: each for each in parameters(sample.medium, sample.indenter)}
+    known = {each.path: each for each in parameters(sample.medium, sample.indenter)}
     wanted = [known[name] for name in names]
     found = gradients(sample.medium, sample.indenter, Control("depth", nodes), FirstOrder(), wanted)
     units = np.array([slope(name, sample.value(name)) for name in names])

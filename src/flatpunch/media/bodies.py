@@ -15,16 +15,14 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import Array, BadValue, poisson_ratio, positive, shown
+from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
 from flatpunch.media.graded import CONTRAST
-from flatpunch.media.interface import Interface, in_words, lower_face
-from flatpunch.media.material import AnyLayer, Isotropic
+from flatpunch.media.interface import Interface, in_words
+from flatpunch.media.material import ORDER, AnyLayer, Isotropic, Poisson, Thickness, Young
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
-
-_ORDER = "Layers run from the free surface down; what lies below them all is the base."
 
 
 @readable
@@ -60,16 +58,10 @@ class Layer(Isotropic, AnyLayer):
     Layer(young=5000, poisson=0.5, thickness=1e-06, bonded=True)
     """
 
-    young: float
-    poisson: float
-    thickness: float
+    young: Young
+    poisson: Poisson
+    thickness: Thickness
     bonded: bool | Interface = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "young", positive("Layer.young", self.young, unit="Pa"))
-        object.__setattr__(self, "poisson", poisson_ratio("Layer.poisson", self.poisson))
-        object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER, unit="m"))
-        object.__setattr__(self, "bonded", lower_face("Layer.bonded", self.bonded))
 
     def times(self, factor: float) -> Layer:
         """The same with Young's modulus multiplied by a factor."""
@@ -99,12 +91,8 @@ class HalfSpace(Isotropic, Base):
     True
     """
 
-    young: float
-    poisson: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "young", positive("HalfSpace.young", self.young, unit="Pa"))
-        object.__setattr__(self, "poisson", poisson_ratio("HalfSpace.poisson", self.poisson))
+    young: Young
+    poisson: Poisson
 
     def times(self, factor: float) -> HalfSpace:
         """The same with Young's modulus multiplied by a factor."""
@@ -261,7 +249,7 @@ def _as_layers(layers: Iterable[object]) -> tuple[AnyLayer, ...]:
     try:
         checked = tuple(islice(layers, LAYERS + 1))
     except TypeError:
-        raise TypeError(f"Medium.layers = {shown(layers)} must be a list of layers. {_ORDER}") from None
+        raise TypeError(f"Medium.layers = {shown(layers)} must be a list of layers. {ORDER}") from None
     if len(checked) > LAYERS:
         raise BadValue(
             "Medium.layers", "", f"has more than {LAYERS} layers; give the grading of many thin ones as a GradedLayer."
@@ -270,7 +258,7 @@ def _as_layers(layers: Iterable[object]) -> tuple[AnyLayer, ...]:
     for i, layer in enumerate(checked):
         if not isinstance(layer, AnyLayer):
             raise TypeError(
-                f"Medium.layers[{i}] = {shown(layer)} must be a Layer, a GradedLayer or a TransverselyIsotropicLayer. {_ORDER}"
+                f"Medium.layers[{i}] = {shown(layer)} must be a Layer, a GradedLayer or a TransverselyIsotropicLayer. {ORDER}"
             )
         found.append(layer)
     return tuple(found)
