@@ -19,14 +19,12 @@ from flatpunch._support.numbers import arguments
 from flatpunch._support.prefixes import text
 
 UNITS = {
-    **dict.fromkeys(("young", "modulus", "top", "bottom", "shear", "pressure", "traction"), "Pa"),
-    **dict.fromkeys(("young_in_plane", "young_axial"), "Pa"),
-    **dict.fromkeys(("thickness", "radius", "depth", "spacing", "reach", "depths", "apex", "center"), "m"),
-    **dict.fromkeys(("Interface.normal", "Interface.shear"), "Pa/m"),
+    **dict.fromkeys(("pressure", "traction"), "Pa"),
+    **dict.fromkeys(("radius", "depth", "spacing", "reach", "apex", "center"), "m"),
     "force": "N",
-    **dict.fromkeys(("time", "times"), "s"),
+    "time": "s",
 }
-"""SI units of fields that are not declared, by their names; with their class where others use the name for something else."""
+"""SI units of fields that are not declared, by their names."""
 
 _LISTED = 4
 """Longest sequence that is written in full."""
@@ -120,7 +118,7 @@ def unit_of(thing: object, name: str) -> str:
     declared = arguments(owner).get(name)
     if declared is not None and declared.number is not None:
         return declared.number.unit or ""
-    return UNITS.get(f"{owner.__name__}.{name}", UNITS.get(name, ""))
+    return UNITS.get(name, "")
 
 
 def quantity_of(value: object, unit: str) -> str:

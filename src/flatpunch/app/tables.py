@@ -1,14 +1,14 @@
 """What the page asks for: the fields of the tables of case files, with the kind of each, and a value to begin with.
 
-The tables of `files.tables` are the only place where fields are listed. Those of tips are made of their classes, whose fields
-are declared with their names in words and the values that the page proposes: a new indenter is on the page by itself.
+The tables of `files.tables` are the only place where fields are listed. Those of media and tips are made of their classes, whose
+fields are declared with their names in words and the values that the page proposes: a new kind is on the page by itself.
 """
 
 from __future__ import annotations
 
 import re
 import types
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
 
@@ -20,37 +20,11 @@ from flatpunch._support.paths import Plain
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.made import Made
-from flatpunch.files.tables.media import BaseTable, LayerTable
+from flatpunch.files.tables.media import kinds_in
 from flatpunch.files.tables.stress import StrengthTable
-
-_PROPOSED = {
-    "young": "5 kPa",
-    "poisson": "0.5",
-    "thickness": "1.2 um",
-    "exponent": "0.3",
-    "modulus": "5 kPa",
-    "depth": "1 um",
-}
-"""Values that the page proposes for numbers of media that a case needs; those of tips are declared with their fields."""
-
-_PROPOSED_OF = {
-    "base.half-space.young": "70 GPa",
-    "base.half-space.poisson": "0.22",
-}
 
 _LEFT_OUT = {"kind", "file"}
 """The kind is chosen by itself; the page reads no files that a case names."""
-
-_LABELS = {
-    "young": "Young's modulus",
-    "poisson": "Poisson ratio",
-    "bonded": "Lower face",
-    "shear": "Shear modulus along z",
-    "young_axial": "Young's modulus along z",
-    "poisson_axial": "Poisson ratio along z",
-    "layers.interface_normal": "Interface stiffness, normal",
-    "layers.interface_shear": "Interface stiffness, shear",
-}
 
 
 @dataclass(frozen=True)
@@ -82,11 +56,11 @@ class Asked:
 def page_tables() -> Plain:
     """Everything the page needs to know to draw its form, as plain data."""
     return {
-        "layers": [asdict(field) for field in asked(LayerTable, "layers")],
-        "base": _kinds(BaseTable, "base"),
-        "indenter": _kinds(IndenterTable, "indenter"),
+        "layers": _kinds(kinds_in("layers")),
+        "base": _kinds(kinds_in("base")),
+        "indenter": _kinds(kinds_of(IndenterTable)),
         "strengths": [
-            *(asdict(replace(field, example="2 GPa")) for field in asked(StrengthTable, "strengths")),
+            *(asdict(replace(field, example="2 GPa")) for field in asked(StrengthTable)),
             asdict(Asked("residual_stress", "Residual stress", "quantity", example="-1 GPa")),
         ],
     }
@@ -102,8 +76,8 @@ def kinds_of(union: object, *, files: bool = False) -> dict[str, type[Table]]:
     return found
 
 
-def asked(table: type[Table], prefix: str) -> list[Asked]:
-    """Fields of a table; `prefix` names the section, and its kind if it has kinds."""
+def asked(table: type[Table]) -> list[Asked]:
+    """Fields of a table."""
     found = []
     begins = table.proposed() if issubclass(table, Made) else set()
     for name, info in table.model_fields.items():
@@ -112,27 +86,19 @@ def asked(table: type[Table], prefix: str) -> list[Asked]:
         kind, example, choices = _how(info)
         number = next((note for note in info.metadata if isinstance(note, Number)), None)
         needed = info.is_required() or name in begins
-        proposed = number.example if number else _PROPOSED_OF.get(f"{prefix}.{name}", _PROPOSED.get(name, ""))
-        value = proposed if needed else ""
+        value = number.example if number and needed else ""
         if kind == "switch" and info.default is not PydanticUndefined and info.default is not None:
             value = "true" if info.default else "false"
-        label = (
-            number.what
-            if number
-            else _LABELS.get(f"{prefix}.{name}") or _LABELS.get(name) or name.replace("_", " ").capitalize()
-        )
+        label = number.what if number else info.title or name.replace("_", " ")
         label = label[:1].upper() + label[1:]
         found.append(Asked(name, label, kind, value, example, choices))
     return found
 
 
-def _kinds(union: object, section: str) -> Plain:
+def _kinds(tables: Mapping[str, type[Table]]) -> Plain:
     return {
-        kind: {
-            "about": (table.__doc__ or "").strip(),
-            "fields": [asdict(field) for field in asked(table, f"{section}.{kind}")],
-        }
-        for kind, table in kinds_of(union).items()
+        kind: {"about": (table.__doc__ or "").strip(), "fields": [asdict(field) for field in asked(table)]}
+        for kind, table in tables.items()
     }
 
 

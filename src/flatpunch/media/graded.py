@@ -22,7 +22,7 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.readable import quantity_of, readable
 from flatpunch.media.interface import Interface
 from flatpunch.media.laws import Constant, DepthTable, Law, times
-from flatpunch.media.material import POISSON, AnyLayer, Thickness
+from flatpunch.media.material import POISSON, YOUNG, AnyLayer, Thickness
 from flatpunch.media.plane import (
     Plane,
     contact_modulus,
@@ -52,6 +52,12 @@ _IN_PLANE = a_ratio(
     law=True,
     outside="must lie in -1 < poisson < 1 in a transversely isotropic layer.",
 )
+
+YoungLaw = Annotated[object, replace(YOUNG, law=True, remedy=_VANISHES)]
+PoissonLaw = Annotated[object, replace(POISSON, law=True)]
+AxialYoungLaw = Annotated[object, a_pressure("Young's modulus along z", law=True, remedy=_VANISHES)]
+AxialPoissonLaw = Annotated[object, a_ratio("Poisson ratio along z", law=True)]
+ShearLaw = Annotated[object, a_pressure("shear modulus along z", law=True, remedy=_VANISHES)]
 
 
 @readable
@@ -100,13 +106,13 @@ class GradedLayer(AnyLayer):
     333 GPa
     """
 
-    young: Annotated[object, a_pressure("Young's modulus", law=True, remedy=_VANISHES)]
-    poisson: Annotated[object, replace(POISSON, law=True)]
+    young: YoungLaw
+    poisson: PoissonLaw
     thickness: Thickness
     bonded: bool | Interface = True
-    young_axial: Annotated[object, a_pressure("Young's modulus along z", law=True, remedy=_VANISHES)] = None
-    poisson_axial: Annotated[object, a_ratio("Poisson ratio along z", law=True)] = None
-    shear: Annotated[object, a_pressure("shear modulus along z", law=True, remedy=_VANISHES)] = None
+    young_axial: AxialYoungLaw = None
+    poisson_axial: AxialPoissonLaw = None
+    shear: ShearLaw = None
 
     def _together_(self) -> None:
         self._check_kind()

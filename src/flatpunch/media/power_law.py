@@ -11,6 +11,7 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import a_length, a_pressure, a_ratio
 from flatpunch._support.readable import quantity_of, readable
+from flatpunch.media.kinds import in_case_files
 from flatpunch.media.material import Poisson, plane_strain_modulus
 from flatpunch.media.plane import Plane, isotropic_plane, isotropic_slopes
 from flatpunch.media.stack import Base
@@ -26,6 +27,7 @@ _EXPONENT = a_ratio(
 )
 
 
+@in_case_files("base", "power-law-half-space")
 @readable
 @dataclass(frozen=True, slots=True)
 class PowerLawHalfSpace(Base):

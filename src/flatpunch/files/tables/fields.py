@@ -204,7 +204,7 @@ def _problem(entry: ErrorDetails, data: object) -> Problem:
     if kind == "unknown_field":
         return _unknown(path, str(context["field"]), str(context["advice"]))
     if kind == "missing":
-        return Problem(path, f"{path} is missing{_needed(str(entry['loc'][-1]))}.")
+        return Problem(path, f"{path} is missing{_needed(path)}.")
     if kind == "union_tag_not_found":
         return Problem(f"{path}.kind", f"{path}.kind is missing; it is one of {_kinds(path)}.")
     if kind == "union_tag_invalid":
@@ -265,9 +265,11 @@ def _written(table: Any, key: str) -> tuple[str, object]:
     return way, table
 
 
-def _needed(field: str) -> str:
-    """What a missing field wants, from the description of its type wherever a table has it."""
-    for table in _all_tables():
+def _needed(path: str) -> str:
+    """What a missing field wants, from the description of its type in a table of its section, or wherever a table has it."""
+    *_, owner, field = f".{path}".split(".")
+    section = owner.partition("[")[0]
+    for table in sorted(_all_tables(), key=lambda each: each.section != section):
         info = table.model_fields.get(field)
         if info is not None and info.description:
             return f"; it needs {info.description}"
