@@ -67,8 +67,8 @@ def test_columns_are_chosen_in_the_form():
     text = CURVE.decode().replace("depth (nm)", "way").replace("force (nN)", "signal")
     upload = Upload("a.csv", text.encode())
     problem = preview(gel(), upload)["problems"][0]
-    assert problem["field"] == "upload"
-    assert "no column of depth" in problem["text"]
+    assert problem["field"] == "curve.columns.depth"
+    assert problem["text"] == "no column of depth recognised: choose one of the file's columns here."
     chosen = {
         "curve.columns.depth": "way",
         "curve.columns.force": "signal",
