@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from flatpunch._support.numbers import arguments
+from flatpunch._support.numbers import number_of
 from flatpunch._support.prefixes import text
 
 UNITS = {
@@ -115,10 +115,8 @@ def html_of(thing: object) -> str:
 def unit_of(thing: object, name: str) -> str:
     """SI unit of a field of an object, empty without one."""
     owner: Any = type(thing)
-    declared = arguments(owner).get(name)
-    if declared is not None and declared.number is not None:
-        return declared.number.unit or ""
-    return UNITS.get(name, "")
+    declared = number_of(owner, name)
+    return UNITS.get(name, "") if declared is None else declared.unit or ""
 
 
 def quantity_of(value: object, unit: str) -> str:

@@ -7,10 +7,9 @@ fields are declared with their names in words and the values that the page propo
 from __future__ import annotations
 
 import re
-import types
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
@@ -18,9 +17,9 @@ from pydantic_core import PydanticUndefined
 from flatpunch._support.numbers import Number
 from flatpunch._support.paths import Plain
 from flatpunch.files.tables.fields import Table
-from flatpunch.files.tables.indenters import IndenterTable
+from flatpunch.files.tables.indenters import kinds
 from flatpunch.files.tables.made import Made
-from flatpunch.files.tables.media import kinds_in
+from flatpunch.files.tables.media import base_kinds, layer_kinds
 from flatpunch.files.tables.stress import StrengthTable
 
 _LEFT_OUT = {"kind", "file"}
@@ -56,24 +55,14 @@ class Asked:
 def page_tables() -> Plain:
     """Everything the page needs to know to draw its form, as plain data."""
     return {
-        "layers": _kinds(kinds_in("layers")),
-        "base": _kinds(kinds_in("base")),
-        "indenter": _kinds(kinds_of(IndenterTable)),
+        "layers": _kinds(layer_kinds()),
+        "base": _kinds(base_kinds()),
+        "indenter": _kinds(kinds()),
         "strengths": [
             *(asdict(replace(field, example="2 GPa")) for field in asked(StrengthTable)),
             asdict(Asked("residual_stress", "Residual stress", "quantity", example="-1 GPa")),
         ],
     }
-
-
-def kinds_of(union: object, *, files: bool = False) -> dict[str, type[Table]]:
-    """Tables of a union by the `kind` that chooses them; without `files` those that need a file are left out."""
-    found = {}
-    for table in _members(union):
-        (kind,) = get_args(table.model_fields["kind"].annotation)
-        if files or "file" not in table.model_fields or not table.model_fields["file"].is_required():
-            found[kind] = table
-    return found
 
 
 def asked(table: type[Table]) -> list[Asked]:
@@ -96,21 +85,12 @@ def asked(table: type[Table]) -> list[Asked]:
 
 
 def _kinds(tables: Mapping[str, type[Table]]) -> Plain:
+    """Fields of each kind; the page reads no files."""
     return {
         kind: {"about": (table.__doc__ or "").strip(), "fields": [asdict(field) for field in asked(table)]}
         for kind, table in tables.items()
+        if "file" not in table.model_fields or not table.model_fields["file"].is_required()
     }
-
-
-def _members(union: Any) -> Iterator[type[Table]]:
-    """Tables of a union, through annotations and unions inside it."""
-    if get_origin(union) is Annotated:
-        yield from _members(get_args(union)[0])
-    elif get_origin(union) in (Union, types.UnionType):
-        for member in get_args(union):
-            yield from _members(member)
-    else:
-        yield union
 
 
 def _how(info: FieldInfo) -> tuple[str, str, tuple[str, ...]]:

@@ -14,6 +14,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.prefixes import text
@@ -28,7 +29,6 @@ from flatpunch.media.graded import (
     YoungLaw,
 )
 from flatpunch.media.interface import Interface, in_words
-from flatpunch.media.kinds import in_case_files
 from flatpunch.media.material import ORDER, POISSON, YOUNG, AnyLayer, Isotropic, Poisson, Thickness, Young
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
@@ -243,7 +243,7 @@ class Medium(Stack):
         return Table("Medium, from the surface down", ("", "young", "poisson", "thickness", "lower face"), tuple(rows))
 
 
-@in_case_files("layers")
+@in_case_files("layers", "")
 def layer(
     young: YoungLaw,
     poisson: PoissonLaw,

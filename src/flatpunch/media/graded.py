@@ -16,7 +16,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, real, shown, values
-from flatpunch._support.numbers import Number, a_pressure, a_ratio, arguments
+from flatpunch._support.numbers import Number, a_pressure, a_ratio, number_of
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import quantity_of, readable
@@ -126,7 +126,7 @@ class GradedLayer(AnyLayer):
         return {"poisson": _IN_PLANE} if self.anisotropic else {}
 
     def _number(self, name: str) -> Number:
-        number = self._declared_.get(name) or arguments(GradedLayer)[name].number
+        number = self._declared_.get(name) or number_of(GradedLayer, name)
         assert number is not None
         return number
 

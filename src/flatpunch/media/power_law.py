@@ -8,10 +8,10 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import a_length, a_pressure, a_ratio
 from flatpunch._support.readable import quantity_of, readable
-from flatpunch.media.kinds import in_case_files
 from flatpunch.media.material import Poisson, plane_strain_modulus
 from flatpunch.media.plane import Plane, isotropic_plane, isotropic_slopes
 from flatpunch.media.stack import Base

@@ -8,22 +8,12 @@ from pathlib import Path
 from types import GenericAlias
 from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field, create_model
+from pydantic import Field, PlainValidator, ValidationInfo, create_model
+from pydantic_core import PydanticCustomError
 
 from flatpunch._support.numbers import Argument, arguments
 from flatpunch.files.tables import fields
-from flatpunch.files.tables.fields import Table
-
-_OF_UNITS: dict[str, Any] = {
-    "m": fields.Length,
-    "1/m": fields.Curvature,
-    "Pa": fields.Pressure,
-    "Pa/m": fields.InterfaceStiffness,
-    "rad": fields.Angle,
-    "s": fields.Time,
-    "": fields.Number,
-}
-"""Types of fields by the unit of their numbers."""
+from flatpunch.files.tables.fields import AnyTable, Table
 
 
 class Made(Table):
@@ -84,6 +74,26 @@ def table_of(
     return table
 
 
+def chosen(tables: Callable[[], Mapping[str, type[AnyTable]]]) -> PlainValidator:
+    """Validator that reads a table by the kind that it gives; kinds that are added later are known, the usual one has no name."""
+
+    def read(value: object, info: ValidationInfo) -> AnyTable:
+        known, kind = tables(), value.get("kind") if isinstance(value, Mapping) else None
+        named = [each for each in known if each]
+        if "" in known and (kind is None or not named):
+            kind = ""
+        elif not isinstance(value, Mapping):
+            raise PydanticCustomError("model_attributes_type", "must be one table")
+        elif kind is None:
+            raise PydanticCustomError("union_tag_not_found", "has no kind")
+        if not isinstance(kind, str) or kind not in known:
+            listed = ", ".join(map(repr, named))
+            raise PydanticCustomError("union_tag_invalid", "is unknown", {"tag": kind, "expected_tags": listed})
+        return known[kind].model_validate(value, context=info.context)
+
+    return PlainValidator(read)
+
+
 def fields_of(
     ways: Sequence[Callable[..., Any]],
     may: Collection[str] = (),
@@ -111,7 +121,7 @@ def _field(argument: Argument, laws: Mapping[str, Any], *, optional: bool) -> tu
     number, default = argument.number, argument.default
     if number is None:
         return (fields.Switch | None, Field(default=None)) if optional else (fields.Switch, Field(default=default))
-    of_units = laws if number.law else _OF_UNITS
+    of_units = laws if number.law else fields.OF_UNITS
     kind: Any = fields.Count if number.whole else of_units[number.unit or ""]
     about: dict[str, Any] = {}
     if argument.many:

@@ -1,25 +1,23 @@
 """Tables of a case file that describe the pressed body: layers from the surface down, and what lies below them.
 
-A table for each kind of layer and base is made of its constructor (`media.kinds`). The moduli and Poisson ratios of a layer
-without a kind are one value each, or vary over its depth (`laws`).
+A table for each kind of layer and base is made of its constructor (`_support.case_kinds`). The moduli and Poisson ratios of a
+layer without a kind are one value each, or vary over its depth (`laws`).
 """
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import Field, PlainValidator, ValidationInfo
-from pydantic_core import PydanticCustomError
+from pydantic import Field
 
+from flatpunch._support.case_kinds import KINDS, Kind
 from flatpunch._support.checks import BadValue
 from flatpunch.files.tables import laws
 from flatpunch.files.tables.fields import Switch, Table
-from flatpunch.files.tables.made import Made, fields_of, table_of
+from flatpunch.files.tables.made import Made, chosen, fields_of, table_of
 from flatpunch.media import AnyLayer, Base, Body, FreeLayer, Interface, Medium, Stack, TwoBodies
-from flatpunch.media.kinds import KINDS, Section
 
 
 class LayerTable(Made):
@@ -55,40 +53,28 @@ _LOWER_FACE: dict[str, Any] = {
 }
 
 
-def kinds_in(section: Section) -> dict[str, type[Made]]:
-    """Tables of the kinds of a section; that of layers without a kind has no name."""
-    return {kind: _table(section, kind, made) for kind, made in sorted(KINDS[section].items())}
+def layer_kinds() -> dict[str, type[Made]]:
+    """Tables of the kinds of layers; that of the usual one has no name."""
+    return {kind: _layer(kind, made) for kind, made in sorted(KINDS["layers"].items())}
+
+
+def base_kinds() -> dict[str, type[Made]]:
+    """Tables of the kinds of bases."""
+    return {kind: _base(kind, made) for kind, made in sorted(KINDS["base"].items())}
 
 
 @functools.cache
-def _table(section: Section, kind: str, made: Callable[..., Any]) -> type[Made]:
-    if section == "layers":
-        return table_of(kind, section, [made], LayerTable, more=_LOWER_FACE, laws=laws.OF_UNITS)
-    return table_of(kind, section, [made])
+def _layer(kind: str, made: Kind) -> type[Made]:
+    return table_of(kind, "layers", made.ways, LayerTable, more=_LOWER_FACE, laws=laws.OF_UNITS)
 
 
-def _chosen(section: Section, value: object, info: ValidationInfo) -> Made:
-    """The table of the kind that is given; kinds that were added after this module was imported are known."""
-    known, kind = kinds_in(section), value.get("kind") if isinstance(value, Mapping) else None
-    named = [each for each in known if each]
-    if "" in known and (kind is None or not named):
-        kind = ""
-    elif not isinstance(value, Mapping):
-        raise PydanticCustomError("model_attributes_type", "must be one table")
-    elif kind is None:
-        raise PydanticCustomError("union_tag_not_found", "has no kind")
-    if not isinstance(kind, str) or kind not in known:
-        listed = ", ".join(map(repr, named))
-        raise PydanticCustomError("union_tag_invalid", "is unknown", {"tag": kind, "expected_tags": listed})
-    return known[kind].model_validate(value, context=info.context)
+@functools.cache
+def _base(kind: str, made: Kind) -> type[Made]:
+    return table_of(kind, "base", made.ways)
 
 
-Layers = list[Annotated[LayerTable, PlainValidator(functools.partial(_chosen, "layers"))]]
-BaseTable = Annotated[
-    Made,
-    PlainValidator(functools.partial(_chosen, "base")),
-    Field(description="a table [base] such as kind = 'rigid'"),
-]
+Layers = list[Annotated[LayerTable, chosen(layer_kinds)]]
+BaseTable = Annotated[Made, chosen(base_kinds), Field(description="a table [base] such as kind = 'rigid'")]
 
 
 class BodyTable(Table):
