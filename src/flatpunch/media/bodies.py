@@ -19,26 +19,13 @@ from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
-from flatpunch.media.graded import (
-    CONTRAST,
-    AxialPoissonLaw,
-    AxialYoungLaw,
-    GradedLayer,
-    PoissonLaw,
-    ShearLaw,
-    YoungLaw,
-)
+from flatpunch.media import graded, transverse
+from flatpunch.media.graded import CONTRAST, GradedLayer
 from flatpunch.media.interface import Interface, in_words
 from flatpunch.media.material import ORDER, POISSON, YOUNG, AnyLayer, Isotropic, Poisson, Thickness, Young
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
-from flatpunch.media.transverse import (
-    AxialPoisson,
-    AxialYoung,
-    Shear,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
+from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
 
 
 @readable
@@ -245,13 +232,13 @@ class Medium(Stack):
 
 @in_case_files("layers", "")
 def layer(
-    young: YoungLaw,
-    poisson: PoissonLaw,
+    young: graded.YoungLaw,
+    poisson: graded.PoissonLaw,
     thickness: Thickness,
     bonded: bool | Interface = True,
-    young_axial: AxialYoungLaw = None,
-    poisson_axial: AxialPoissonLaw = None,
-    shear: ShearLaw = None,
+    young_axial: graded.AxialYoungLaw = None,
+    poisson_axial: graded.AxialPoissonLaw = None,
+    shear: graded.ShearLaw = None,
 ) -> AnyLayer:
     """The simplest layer of two or five constants: homogeneous where all of them are numbers."""
     given: dict[str, Any] = {"young": young, "poisson": poisson}
@@ -267,9 +254,9 @@ def layer(
 def half_space(
     young: Annotated[float, replace(YOUNG, example="70 GPa")],
     poisson: Annotated[float, replace(POISSON, example="0.22")],
-    young_axial: AxialYoung | None = None,
-    poisson_axial: AxialPoisson | None = None,
-    shear: Shear | None = None,
+    young_axial: transverse.AxialYoung | None = None,
+    poisson_axial: transverse.AxialPoisson | None = None,
+    shear: transverse.Shear | None = None,
 ) -> Base:
     """Half-space of two constants, or of the five of a transversely isotropic one."""
     given = {"young": young, "poisson": poisson}
