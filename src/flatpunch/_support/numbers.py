@@ -217,6 +217,12 @@ def arguments(made_by: Any) -> dict[str, Argument]:
     return found
 
 
+def number_of(made_by: Any, name: str) -> Number | None:
+    """The declaration of an argument, if it has one."""
+    argument = arguments(made_by).get(name)
+    return argument and argument.number
+
+
 def number_in(hint: Any) -> Number | None:
     """The declaration in an annotation, of a sequence or an optional number too."""
     notes = (note for part in _parts(hint) for note in getattr(part, "__metadata__", ()))

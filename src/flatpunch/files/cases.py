@@ -26,9 +26,9 @@ from flatpunch.contact.result import check_outlines
 from flatpunch.contact.viscoelastic import check_each, check_medium
 from flatpunch.files.nesting import check_nesting
 from flatpunch.files.tables.design import DesignCase, DesignTable
-from flatpunch.files.tables.fields import CaseError, Count, Length, Table, WorkOfAdhesion, validated
+from flatpunch.files.tables.fields import CaseError, Count, Length, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
-from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, MaterialTable, pressed
+from flatpunch.files.tables.media import MaterialTable, SampleTable
 from flatpunch.files.tables.relaxation import CaseRelaxationTable, RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
@@ -106,15 +106,11 @@ LARGEST = 5_000_000
 """Largest case file [bytes]."""
 
 
-class ContactTable(Table):
+class ContactTable(SampleTable):
     """Bodies, tip, and what is prescribed: what case files of contacts and of fits share."""
 
     title: str = ""
     angles: Count = 360
-    layers: list[LayerTable] = Field(default=[])
-    base: BaseTable | None = None
-    upper: BodyTable | None = None
-    lower: BodyTable | None = None
     indenter: IndenterTable
     control: ControlTable | None = None
     work_of_adhesion: WorkOfAdhesion | None = None
@@ -153,7 +149,7 @@ class CaseTable(ContactTable):
         if self.method is not None and self.method not in METHODS:
             raise BadValue("method", shown(self.method), f"is unknown; it is one of {', '.join(map(repr, METHODS))}.")
         whole("angles", self.angles, 8, "The outline is sampled at that many polar angles.", most=ANGLES)
-        medium: Any = pressed(self.layers, self.base, self.upper, self.lower)
+        medium: Any = self.pressed()
         self._check_what_is_prescribed()
         physics = self.physics
         if medium.free:

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field
-
 from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import as_path
 from flatpunch.files.cases import case_text, parsed
-from flatpunch.files.tables.fields import CaseError, Table, validated
-from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
+from flatpunch.files.tables.fields import CaseError, validated
+from flatpunch.files.tables.media import SampleTable
 from flatpunch.files.tables.rough import AsperitiesTable, RoughControlTable, SurfaceTable
 from flatpunch.media import Body
 from flatpunch.rough import asperities, rough_contact
@@ -61,14 +59,10 @@ class RoughCase:
         return asperities(self.medium, *self.asperities, **steps)
 
 
-class RoughTable(Table):
+class RoughTable(SampleTable):
     """The whole file."""
 
     title: str = ""
-    layers: list[LayerTable] = Field(default=[])
-    base: BaseTable | None = None
-    upper: BodyTable | None = None
-    lower: BodyTable | None = None
     surface: SurfaceTable | None = None
     asperities: AsperitiesTable | None = None
     control: RoughControlTable
@@ -83,7 +77,7 @@ class RoughTable(Table):
             raise ValueError("control.pressure belongs to a [surface]; asperities take a force or a depth.")
         return RoughCase(
             self.title,
-            body(self.layers, self.base, self.upper, self.lower),
+            self.body(),
             None if self.surface is None else self.surface.built,
             None if self.asperities is None else self.asperities.built,
             control,

@@ -23,7 +23,6 @@ from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.descriptions import takes
 from flatpunch.files.tables.fields import validated
-from flatpunch.files.tables.media import body
 from flatpunch.fits.adhesion.model import adhesive_method
 from flatpunch.fits.cases import (
     CorrectTable,
@@ -165,7 +164,7 @@ class FitCaseTable(ContactTable):
         method_for(self.indenter.built, method)
         case = FitCase(
             self.title,
-            body(self.layers, self.base, self.upper, self.lower),
+            self.body(),
             self.indenter.built,
             {},
             settings,

@@ -10,19 +10,35 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import islice
 from math import inf, nan
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
-from flatpunch.media.graded import CONTRAST
+from flatpunch.media.graded import (
+    CONTRAST,
+    AxialPoissonLaw,
+    AxialYoungLaw,
+    GradedLayer,
+    PoissonLaw,
+    ShearLaw,
+    YoungLaw,
+)
 from flatpunch.media.interface import Interface, in_words
-from flatpunch.media.material import ORDER, AnyLayer, Isotropic, Poisson, Thickness, Young
+from flatpunch.media.material import ORDER, POISSON, YOUNG, AnyLayer, Isotropic, Poisson, Thickness, Young
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
+from flatpunch.media.transverse import (
+    AxialPoisson,
+    AxialYoung,
+    Shear,
+    TransverselyIsotropicHalfSpace,
+    TransverselyIsotropicLayer,
+)
 
 
 @readable
@@ -99,6 +115,7 @@ class HalfSpace(Isotropic, Base):
         return replace(self, young=factor * self.young)
 
 
+@in_case_files("base", "rigid")
 @readable
 @dataclass(frozen=True, slots=True)
 class RigidBase(Base):
@@ -224,6 +241,56 @@ class Medium(Stack):
         ]
         rows.append(("base", *self.base.elasticity(), "" if self.base.rigid else "half-space", ""))
         return Table("Medium, from the surface down", ("", "young", "poisson", "thickness", "lower face"), tuple(rows))
+
+
+@in_case_files("layers", "")
+def layer(
+    young: YoungLaw,
+    poisson: PoissonLaw,
+    thickness: Thickness,
+    bonded: bool | Interface = True,
+    young_axial: AxialYoungLaw = None,
+    poisson_axial: AxialPoissonLaw = None,
+    shear: ShearLaw = None,
+) -> AnyLayer:
+    """The simplest layer of two or five constants: homogeneous where all of them are numbers."""
+    given: dict[str, Any] = {"young": young, "poisson": poisson}
+    given |= _along_z(young_axial=young_axial, poisson_axial=poisson_axial, shear=shear)
+    if not all(isinstance(each, (int, float)) for each in given.values()):
+        return GradedLayer(thickness=thickness, bonded=bonded, **given)
+    if shear is None:
+        return Layer(**given, thickness=thickness, bonded=bonded)
+    return TransverselyIsotropicLayer(**_in_plane(**given), thickness=thickness, bonded=bonded)
+
+
+@in_case_files("base", "half-space")
+def half_space(
+    young: Annotated[float, replace(YOUNG, example="70 GPa")],
+    poisson: Annotated[float, replace(POISSON, example="0.22")],
+    young_axial: AxialYoung | None = None,
+    poisson_axial: AxialPoisson | None = None,
+    shear: Shear | None = None,
+) -> Base:
+    """Half-space of two constants, or of the five of a transversely isotropic one."""
+    given = {"young": young, "poisson": poisson}
+    given |= _along_z(young_axial=young_axial, poisson_axial=poisson_axial, shear=shear)
+    return HalfSpace(**given) if shear is None else TransverselyIsotropicHalfSpace(**_in_plane(**given))
+
+
+def _along_z(**constants: Any) -> dict[str, Any]:
+    """The constants along z, of which there are all or none."""
+    given = {name: value for name, value in constants.items() if value is not None}
+    if given and len(given) < len(constants):
+        raise ValueError(
+            "young_axial, poisson_axial and shear belong together: give all three for a transversely isotropic material, whose "
+            "young and poisson are those of the plane."
+        )
+    return given
+
+
+def _in_plane(young: float, poisson: float, **along_z: float) -> dict[str, float]:
+    """The five constants under the names that classes have for those of the plane."""
+    return {"young_in_plane": young, "poisson_in_plane": poisson, **along_z}
 
 
 def _check_contrast(layers: tuple[AnyLayer, ...], base: Base) -> None:

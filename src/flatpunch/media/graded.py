@@ -16,13 +16,13 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, real, shown, values
-from flatpunch._support.numbers import Number, a_pressure, a_ratio, arguments
+from flatpunch._support.numbers import Number, a_pressure, a_ratio, number_of
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import quantity_of, readable
 from flatpunch.media.interface import Interface
 from flatpunch.media.laws import Constant, DepthTable, Law, times
-from flatpunch.media.material import POISSON, AnyLayer, Thickness
+from flatpunch.media.material import POISSON, YOUNG, AnyLayer, Thickness
 from flatpunch.media.plane import (
     Plane,
     contact_modulus,
@@ -52,6 +52,12 @@ _IN_PLANE = a_ratio(
     law=True,
     outside="must lie in -1 < poisson < 1 in a transversely isotropic layer.",
 )
+
+YoungLaw = Annotated[object, replace(YOUNG, law=True, remedy=_VANISHES)]
+PoissonLaw = Annotated[object, replace(POISSON, law=True)]
+AxialYoungLaw = Annotated[object, a_pressure("Young's modulus along z", law=True, remedy=_VANISHES)]
+AxialPoissonLaw = Annotated[object, a_ratio("Poisson ratio along z", law=True)]
+ShearLaw = Annotated[object, a_pressure("shear modulus along z", law=True, remedy=_VANISHES)]
 
 
 @readable
@@ -100,13 +106,13 @@ class GradedLayer(AnyLayer):
     333 GPa
     """
 
-    young: Annotated[object, a_pressure("Young's modulus", law=True, remedy=_VANISHES)]
-    poisson: Annotated[object, replace(POISSON, law=True)]
+    young: YoungLaw
+    poisson: PoissonLaw
     thickness: Thickness
     bonded: bool | Interface = True
-    young_axial: Annotated[object, a_pressure("Young's modulus along z", law=True, remedy=_VANISHES)] = None
-    poisson_axial: Annotated[object, a_ratio("Poisson ratio along z", law=True)] = None
-    shear: Annotated[object, a_pressure("shear modulus along z", law=True, remedy=_VANISHES)] = None
+    young_axial: AxialYoungLaw = None
+    poisson_axial: AxialPoissonLaw = None
+    shear: ShearLaw = None
 
     def _together_(self) -> None:
         self._check_kind()
@@ -120,7 +126,7 @@ class GradedLayer(AnyLayer):
         return {"poisson": _IN_PLANE} if self.anisotropic else {}
 
     def _number(self, name: str) -> Number:
-        number = self._declared_.get(name) or arguments(GradedLayer)[name].number
+        number = self._declared_.get(name) or number_of(GradedLayer, name)
         assert number is not None
         return number
 

@@ -50,8 +50,8 @@ class Interface(Checked):
     11.0 mN
     """
 
-    normal: Annotated[float | None, a_stiffness("interface stiffness, normal")] = None
-    shear: Annotated[float | None, a_stiffness("interface stiffness, shear", above=-inf, least=0.0)] = None
+    normal: Annotated[float | None, a_stiffness("normal interface stiffness")] = None
+    shear: Annotated[float | None, a_stiffness("shear interface stiffness", above=-inf, least=0.0)] = None
 
     def __post_init__(self) -> None:
         for name in ("normal", "shear"):

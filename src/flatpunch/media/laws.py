@@ -6,6 +6,7 @@ one with the same parameters, so that media made of them can be cached and writt
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Annotated
@@ -22,12 +23,16 @@ Law = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
-class _Transition(Checked):
+class _Transition(Checked, ABC):
     """What the laws from one modulus to another share: both, and the depth between them."""
 
     top: Annotated[float, a_pressure("at the top", held=True)]
     bottom: Annotated[float, a_pressure("at the bottom", held=True)]
     thickness: Annotated[float, a_length("thickness of the law")]
+
+    @abstractmethod
+    def __call__(self, z: Array) -> Array:
+        """Young's modulus [Pa] at depths z [m]."""
 
 
 @readable
@@ -209,10 +214,18 @@ class Constant(Checked):
         return np.full(np.shape(z), self.value)
 
 
+LAWS: dict[str, Callable[..., Law]] = {
+    "linear": LinearModulus,
+    "exponential": ExponentialModulus,
+    "power": PowerModulus,
+}
+"""Laws from one modulus to another by their names in case files."""
+
+
 def times(law: Law, factor: float) -> Law:
     """The law times a number, of its own kind where that has a number to multiply."""
     named: object = law
-    if isinstance(named, (LinearModulus, ExponentialModulus, PowerModulus)):
+    if isinstance(named, _Transition):
         return replace(named, top=factor * named.top, bottom=factor * named.bottom)
     if isinstance(named, DepthTable):
         return DepthTable(named.depths, tuple(factor * entry for entry in named.entries))

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import a_length, a_pressure, a_ratio
 from flatpunch._support.readable import quantity_of, readable
@@ -26,6 +27,7 @@ _EXPONENT = a_ratio(
 )
 
 
+@in_case_files("base", "power-law-half-space")
 @readable
 @dataclass(frozen=True, slots=True)
 class PowerLawHalfSpace(Base):

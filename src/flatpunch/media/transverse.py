@@ -27,6 +27,10 @@ from flatpunch.media.stack import Base
 CONSTANTS = ("young_in_plane", "young_axial", "poisson_in_plane", "poisson_axial", "shear")
 """Names of the five elastic constants."""
 
+AxialYoung = Annotated[float, a_pressure("Young's modulus along z")]
+AxialPoisson = Annotated[float, a_ratio("Poisson ratio along z")]
+Shear = Annotated[float, a_pressure("shear modulus along z")]
+
 
 class Stiffnesses(NamedTuple):
     """Stiffnesses of a transversely isotropic body [Pa], z = 3 its axis; C66 = (C11 - C12)/2."""
@@ -49,13 +53,13 @@ class _Constants(Homogeneous):
 
     group = ("young", YOUNG)
     young_in_plane: Annotated[float, a_pressure("Young's modulus in the plane")]
-    young_axial: Annotated[float, a_pressure("Young's modulus along z")]
+    young_axial: AxialYoung
     poisson_in_plane: Annotated[
         float,
         a_ratio("Poisson ratio in the plane", above=-1.0, below=1.0, outside="must lie in -1 < poisson_in_plane < 1."),
     ]
-    poisson_axial: Annotated[float, a_ratio("Poisson ratio along z")]
-    shear: Annotated[float, a_pressure("shear modulus along z")]
+    poisson_axial: AxialPoisson
+    shear: Shear
 
     def _together_(self) -> None:
         nu, nu_axial, ratio = self.poisson_in_plane, self.poisson_axial, self.young_in_plane / self.young_axial
