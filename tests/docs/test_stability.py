@@ -19,9 +19,7 @@ def test_every_public_name_has_its_version():
     reference = set(re.findall(r"^   ([\w.]+)$", (DOCS / "api.md").read_text(encoding="utf-8"), re.MULTILINE))
     public = (reference | set(fp.__all__)) - {"__version__"}
     assert sorted(public - set(LISTED)) == [], "add to docs/public_names.toml, under the next version"
-    assert sorted(set(LISTED) - public) == [], (
-        "gone: list it in CHANGELOG.md, take it from public_names.toml"
-    )
+    assert sorted(set(LISTED) - public) == [], "gone: list it in CHANGELOG.md, take it from public_names.toml"
     assert len(LISTED) == len(set(LISTED))
 
 
