@@ -199,7 +199,7 @@ def in_words(path: str) -> str:
     declared = (found.what for kind in kinds for way in kind.ways if (found := number_of(way, name)))
     name = next(declared, name.replace("_", " "))
     match owner:
-        case [*body, "layers", number]:
-            return " of the ".join([f"{name} of layer {int(number) + 1}", *(f"{each} body" for each in body)])
+        case [*body, "layers", at]:
+            return " of the ".join([f"{name} of layer {int(at) + 1}", *(f"{each} body" for each in body)])
         case _:
             return " ".join([*owner, name])

@@ -41,7 +41,7 @@ def constants_in(lines: Sequence[str]) -> Constants:
 
 def place_in(lines: Sequence[str]) -> dict[str, float]:
     """Where a curve was taken [m], by the lines above its numbers: "# xPosition: 1.2e-05", "Stage X (mm): 3.5"."""
-    found = {}
+    found: dict[str, float] = {}
     for name, _, number, unit in _numbers_in(lines, "positions"):
         value = number * ((scale_of(unit, units.LENGTH) or np.inf) if unit else 1.0)
         # metres that no stage has are another unit that is not given
