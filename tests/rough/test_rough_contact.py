@@ -1,5 +1,7 @@
 """Rough contact against closed forms (Westergaard, Hertz), a dense solver of its own, and identities."""
 
+import re
+import runpy
 import tracemalloc
 
 import numpy as np
@@ -220,6 +222,30 @@ def test_patches_join_across_the_border_where_the_surface_repeats():
     assert (int(joined.patches[0]), int(apart.patches[0])) == (1, 2)
     assert "border" in apart.notes
     assert "border" not in joined.notes
+
+
+@pytest.mark.parametrize("periodic", [True, False, (False, True)])
+def test_a_tilted_scan_is_noted_and_levelled(tmp_path, periodic):
+    """The tilt of the mount in a measured scan; a wave of the length of the period holds a plane too, and is none."""
+    flat, x = fp.self_affine(64, H, rms_height=1e-8, roll_off=30 * H, cut_off=8 * H), np.arange(64) * H
+    np.savez(tmp_path / "scan.npz", x=x, y=x, z=flat.heights + 0.002 * x)
+    tilted, levelled = (
+        fp.read_topography(tmp_path / "scan.npz", periodic=periodic, level=level) for level in (False, True)
+    )
+    assert re.search(r"A plane of slopes 0.00(20|19)", fp.rough_contact(HALF_SPACE, tilted, pressure=1e5).notes)
+    assert "A plane" not in fp.rough_contact(HALF_SPACE, levelled, pressure=1e5).notes
+    # the random surface holds a plane of its own, 4 % of its variance
+    assert levelled.rms_height == pytest.approx(1e-8, rel=0.03)
+    wave = fp.Topography(1e-8 * np.sin(2 * np.pi * x / (64 * H)) * np.ones((64, 1)), H)
+    assert "A plane" not in fp.rough_contact(HALF_SPACE, wave, pressure=1e5).notes
+
+
+def test_the_reported_tilted_scan(cases, tmp_path, monkeypatch, capsys):
+    """Its README: a note wherever the plane is most of the rms height, which is at every tilt of the report."""
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(cases / "38_tilted_scan" / "show.py"))
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.startswith("0.0 ") for line in lines] == ["A plane of slopes" not in line for line in lines]
 
 
 def test_pressure_of_a_step_loads_the_inside():

@@ -84,6 +84,14 @@ def content(path: Path, most: int) -> bytes:
     return found
 
 
+def text_content(path: Path, most: int) -> str:
+    """Return the text of a regular file in UTF-8, without the byte-order mark that spreadsheets and editors write before it."""
+    try:
+        return content(path, most).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise Unreadable("not a text file in UTF-8") from None
+
+
 def check_archive(path: Path) -> None:
     """Refuse archives that unpack to more than can be read, with the size; what is no archive is left to its reader.
 

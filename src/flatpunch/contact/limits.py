@@ -134,7 +134,9 @@ def _large_strains(curve: Curve, medium: Body, indenter: Indenter, through: Arra
     if indenter.rising and not indenter.flat:
         # boundary elements, which solve all others, have a slope from cells
         notes += steepness(indenter, curve.radius, curve.depth)
-    number = overestimate(medium, indenter, curve.depth) if notes else None
+    # adhesion and relaxation do not go with the correction
+    linear = not {"retraction", "contact_depth"} & curve.extra.keys()
+    number = overestimate(medium, indenter, curve.depth, corrects=linear) if notes else None
     return notes if number is None else (f"Strains are no longer small: {number}",)
 
 

@@ -19,12 +19,12 @@ import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, Indices
 from flatpunch._support.paths import Plain
-from flatpunch._support.reading import Unreadable, as_path, content, is_file
+from flatpunch._support.reading import Unreadable, as_path, content, is_file, is_folder
 from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole
 from flatpunch._version import __version__
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.files.contents import by_number
-from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in
+from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
 from flatpunch.parallel.interruption import held
@@ -42,6 +42,10 @@ class Place:
     def name(self) -> str:
         """File, and number of the curve in it."""
         return self.path.name if self.index is None else f"{self.path.name}[{self.index}]"
+
+    def read(self, reading: Plain) -> Curve:
+        """Return the curve; `reading` has arguments of `read_curve`."""
+        return read_curve(self.path, **{**reading, "index": self.index})
 
 
 def listed(curves: Iterable[Curve | str | Path], reading: Plain | None = None) -> list[Curve | Place]:
@@ -62,6 +66,12 @@ def listed(curves: Iterable[Curve | str | Path], reading: Plain | None = None) -
             count = 1
         items += [Place(as_path("curves", item), i if count > 1 else None) for i in range(count)]
     return items
+
+
+def listed_in(path: Path, reading: Plain | None = None) -> list[Place]:
+    """Places of the curves of a folder, or of a file."""
+    found = listed(files_in(path) if is_folder(path) else [path], reading)
+    return [place for place in found if isinstance(place, Place)]
 
 
 def files_in(folder: str | Path) -> list[Path]:

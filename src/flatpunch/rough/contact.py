@@ -31,6 +31,7 @@ from flatpunch.media import Body
 from flatpunch.rough.measures import STAIRCASE, at_border, patch_sizes, perimeter
 from flatpunch.rough.solver import Level, Solved, at_depth, at_force
 from flatpunch.surfaces import Topography
+from flatpunch.surfaces.heights import tilt_note
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -365,7 +366,7 @@ def _dataset(medium: Body, rough: Topography, control: str, steps: list[_Step], 
 def _notes(
     medium: Body, rough: Topography, data: dict[str, Column], converged: Flags, border: Flags, through: Flags
 ) -> tuple[str, ...]:
-    found: tuple[str, ...] = ()
+    found = tilt_note(rough.heights, rough.spacing, rough.periodic)
     depth = np.asarray(data["depth"][1], dtype=float)
     if np.all(np.asarray(data["area_fraction"][1]) == 1):
         found += (

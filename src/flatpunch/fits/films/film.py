@@ -255,7 +255,8 @@ def fit_film(
     def points(frame: float) -> OliverPharr:
         return analysed(curve, tip, max(frame, 0.0)).taken(inside)
 
-    known = numbers_in(sample, None) | {FRAME: BESIDE[FRAME]}
+    known = numbers_in(sample, None)
+    known[FRAME] = BESIDE[FRAME]
     check_names(names, known)
     scales = [Scale("plain", frame, _UNIT) if n == FRAME else Scale.of(known[n]) for n in names]
 

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import BadValue, positive, shown
-from flatpunch._support.numbers import Place, numbers_of
+from flatpunch._support.numbers import numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
-from flatpunch.fits.parameters.numbers import BESIDE, WORK, check_names, numbers_in
+from flatpunch.fits.parameters.numbers import BESIDE, WORK, Numbers, check_names, numbers_in
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
 
@@ -92,12 +92,13 @@ class Sample:
             check_medium(self.medium)
 
     @cached_property
-    def numbers(self) -> Mapping[str, Place]:
+    def numbers(self) -> Numbers:
         """All numbers that can be fitted, by name."""
         found = numbers_in(self.medium, self.indenter)
         if self.work_of_adhesion is not None:
             found[WORK] = BESIDE[WORK]._replace(value=self.work_of_adhesion)
-        return found | {each.path: each for each in numbers_of(self.relaxation, "relaxation")}
+        found.update((each.path, each) for each in numbers_of(self.relaxation, "relaxation"))
+        return found
 
     def check(self, names: Iterable[str]) -> None:
         """Refuse names that are no parameters, and a group of moduli beside one of them."""
