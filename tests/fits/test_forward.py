@@ -167,5 +167,5 @@ def test_derivatives_are_the_sensitivities(medium, indenter):
     for name in parameter_names(medium, indenter):
         model = ForwardModel(medium, indenter, (name,))
         force, _, derivatives = model.evaluate(depth, model.start())
-        found = derivatives[0] / force / model.slopes(model.start())[0] * model.value(name)
+        found = derivatives[0] / force / model.scales[name].slope(model.start()[0]) * model.numbers[name].value
         np.testing.assert_allclose(found, exact.sel(parameter=name).values, atol=1e-5, err_msg=name)

@@ -11,9 +11,9 @@ from flatpunch.contact import indent
 from flatpunch.files import CaseError
 from flatpunch.fits import LogNormal, Normal, Uniform, fit, plan_scan, planned, read_fit_case
 from flatpunch.fits.case import describe_fit, plan_of
-from flatpunch.fits.parameters.scaling import replaced, value_of
 from flatpunch.indenters import Cone, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
+from flatpunch.media.paths import value_of, with_values
 from support.synthetic_curves import synthetic
 
 YOUNG, THICK = "layers[0].young", "layers[0].thickness"
@@ -39,7 +39,7 @@ def test_errors_by_differences(medium, tip, free, spring):
     inside = z > 1e-12
 
     def force(values):
-        medium_, tip_ = replaced(medium, tip, values)
+        medium_, tip_ = with_values(medium, tip, values)
         found = np.zeros(count)
         found[inside] = indent(medium_, tip_, depth=z[inside], angles=1)["force"].values
         return found
@@ -232,7 +232,7 @@ def test_case_file(tmp_path):
     done = CliRunner().invoke(app, ["check", str(path)])
     assert done.exit_code == 0, done.output
     assert "Planned   800 readings to a depth of 400 nm, noise 30 pN" in done.output
-    assert re.search(r"E of layer 1 +5 kPa +± [\d.]+ %: determined", done.output)
+    assert re.search(r"Young's modulus of layer 1 +5 kPa +± [\d.]+ %: determined", done.output)
 
 
 @pytest.mark.long
@@ -266,7 +266,7 @@ def test_posterior_on_the_command_line(tmp_path):
         ('mean = "1 um"', 'mean = "1 kPa"', r"layers\[0\]\.thickness"),
         ("relative = 0.02", 'relative = "2 %"', "must be a plain number"),
         ("[0].thickness", "[1].thickness", "is not part of this case"),
-        ("contact =", "kontakt =", "kontakt is no parameter"),
+        ("contact =", "kontakt =", "priors: kontakt is not part of this case"),
         ('noise = "30 pN"', "", "plan.noise"),
         ('noise = "30 pN"', 'noise = "0 pN"', None),
     ],

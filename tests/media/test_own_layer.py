@@ -244,11 +244,12 @@ def test_pictures_and_description() -> None:
     assert record["layers"][0] == {"type": "RubberLayer", "shear": SHEAR, "thickness": 2 * UM, "bonded": True}
 
 
-@pytest.mark.xfail(
-    strict=True, reason="fits name their numbers in a list of their own: a declaration gives the role of each"
-)
 def test_fit_of_its_own_number() -> None:
-    assert "layers[0].shear" in fp.fits.parameter_names(gel(RubberLayer), TIP)
+    depth = np.linspace(1e-9, 4e-7, 40)
+    force = fp.indent(gel(plain), TIP, depth=depth).force.values
+    start = fp.Medium([RubberLayer(2 * SHEAR, 2 * UM)], fp.RigidBase())
+    found = fp.fit(fp.Curve(depth, force), start, TIP, ["layers[0].shear"], contact=0.0, baseline="none")
+    assert found["layers[0].shear"] == pytest.approx(SHEAR, rel=1e-6)
 
 
 CASE = """

@@ -192,8 +192,9 @@ def _say_profiles(result: FitResult) -> None:
 
     for name in result.shared:
         found = result.profile(name)
-        unit = unit_of(name)
-        say(f"  {label(name):<24} profile: {text(found.low, unit)} .. {text(found.high, unit)}")
+        number = result.problem.numbers[name]
+        unit = unit_of(number)
+        say(f"  {label(number):<24} profile: {text(found.low, unit)} .. {text(found.high, unit)}")
 
 
 def _posterior(result: FitResult, case: FitCase, path: Path, style: str) -> None:
@@ -287,7 +288,7 @@ def _fit_folder(
     except KeyboardInterrupt:
         # fits that are finished are kept in the table
         if output is not None and records is not None and rows:
-            Batch(tuple(rows)).save(output)
+            Batch(tuple(rows), case.sample.numbers).save(output)
             say(
                 f"Interrupted after {len(rows)} of {len(items)} curves; these are in {output}. The same command goes on from "
                 f"there with the help of {records.path}."
@@ -295,7 +296,7 @@ def _fit_folder(
         raise
     if before and records is not None:
         say(f"{records.reused} of {len(items)} curves were fitted by an earlier run ({records.path})")
-    batch = Batch(tuple(rows))
+    batch = Batch(tuple(rows), case.sample.numbers)
     _say_batch(batch, case)
 
     def table(path: Path) -> None:
@@ -320,13 +321,13 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
 
     say(f"{len(batch.rows) - len(batch.failed)} of {len(batch.rows)} curves fitted")
     for name in case.free:
-        values = batch.trusted(name)
+        values, unit = batch.trusted(name), unit_of(batch.number(name))
         if np.isfinite(values).any():
-            low, high = (text(float(v), unit_of(name)) for v in np.nanquantile(values, ndtr([-1, 1])))
+            low, high = (text(float(v), unit) for v in np.nanquantile(values, ndtr([-1, 1])))
             median = batch.median(name)
-            middle, *ends = (text(v, unit_of(name)) for v in (median.value, median.low, median.high))
+            middle, *ends = (text(v, unit) for v in (median.value, median.low, median.high))
             within = f" (95 % in {ends[0]} .. {ends[1]})" if np.isfinite(median.low) else ""
-            say(f"  {label(name):<20} median {middle}{within}, middle two thirds {low} .. {high}")
+            say(f"  {label(batch.number(name)):<20} median {middle}{within}, middle two thirds {low} .. {high}")
     for row in batch.failed:
         say(f"  {row['reason']}")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Unpack
@@ -12,6 +12,8 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, shown
+from flatpunch._support.numbers import Number
+from flatpunch._support.numbers import Place as Record
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
@@ -19,12 +21,13 @@ from flatpunch._support.threads import cores
 from flatpunch.fits.fitting import fit_model
 from flatpunch.fits.measured.curve import Curve, check_curves
 from flatpunch.fits.models import Model, model_of
+from flatpunch.fits.parameters.numbers import BESIDE
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fits.places import Place, Records, keys_of, listed, on_grid
 from flatpunch.fits.report.findings import doubts
 from flatpunch.fits.report.quantities import label, unit_of
-from flatpunch.fits.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved
+from flatpunch.fits.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved, units_in
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Relaxation
 from flatpunch.parallel.calls import map_calls
@@ -64,6 +67,11 @@ class Batch:
     """
 
     rows: tuple[Plain, ...]
+    numbers: Mapping[str, Record] = field(default_factory=dict, repr=False, compare=False)
+
+    def number(self, name: str) -> Record:
+        """Declaration of a fitted value; one without a unit for other columns."""
+        return {**BESIDE, **self.numbers}.get(name) or Record(name, np.nan, Number(name), None)
 
     def _line_(self) -> str:
         """How many curves, and how many of them can be trusted."""
@@ -71,11 +79,11 @@ class Batch:
 
     def _table_(self) -> Table:
         """A row for each of the first curves: name, fitted values, why it was left out."""
-        names = self.fitted
+        fitted = [self.number(name) for name in self.fitted]
         rows = [
             (
                 str(row["curve"]),
-                *(text(float(row.get(name, np.nan)), unit_of(name)) for name in names),
+                *(text(float(row.get(each.path, np.nan)), unit_of(each)) for each in fitted),
                 str(row["reason"]),
             )
             for row in self.rows[:_SHOWN]
@@ -83,7 +91,7 @@ class Batch:
         title = f"{len(self.rows)} curves, {len(self.failed)} left out" + (
             f"; the first {_SHOWN}" if len(self.rows) > _SHOWN else ""
         )
-        return Table(title, ("curve", *map(label, names), "left out"), tuple(rows))
+        return Table(title, ("curve", *map(label, fitted), "left out"), tuple(rows))
 
     @property
     def columns(self) -> list[str]:
@@ -135,11 +143,11 @@ class Batch:
 
     def to_csv(self) -> str:
         """The table as CSV text; units are in the titles."""
-        return csv_of(self.rows)
+        return csv_of(self.rows, units_in(self.rows, self.numbers))
 
     def dataset(self) -> xr.Dataset:
         """The table along `curve`."""
-        return dataset_of(self.rows, "Fitted curves")
+        return dataset_of(self.rows, "Fitted curves", units_in(self.rows, self.numbers))
 
     def save(self, path: str | Path) -> Path:
         """Write the table whole or not at all: .csv or .nc."""
@@ -215,7 +223,7 @@ def fit_batch(
         rows.extend(done)
         if progress is not None:
             progress(len(rows))
-    return Batch(tuple(on_grid(rows)))
+    return Batch(tuple(on_grid(rows)), sample.numbers)
 
 
 def fit_rows(

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from pydantic import Field
 
+from flatpunch._support.numbers import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
@@ -32,8 +33,10 @@ from flatpunch.fits.cases import (
     OneCurveTable,
     PlanTable,
     PosteriorTable,
+    freed,
     prior_of,
     split,
+    value_in_si,
 )
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.elastic.table import KNOTS
@@ -42,13 +45,12 @@ from flatpunch.fits.half_space.formulas import layer_on_top
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.measured.files.readers import read_curve
 from flatpunch.fits.models import check_free, check_segment, segments
+from flatpunch.fits.parameters.numbers import BESIDE, CALIBRATION, NUISANCE
 from flatpunch.fits.parameters.priors import Prior
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import scaling
 from flatpunch.fits.parameters.settings import Free, Settings
-from flatpunch.fits.parameters.unknowns import NUISANCE
 from flatpunch.fits.plan import Plan, PlanScan, plan_scan, planned
-from flatpunch.fits.report.log_posterior import CALIBRATION
 from flatpunch.fits.report.quantities import between, unit_of
 from flatpunch.fits.report.result import FitResult
 from flatpunch.fits.together import Measured
@@ -173,9 +175,7 @@ class FitCaseTable(ContactTable):
             self.range_of_action,
             self.relaxation.built if self.relaxation else None,
             self.film.built if self.film else {},
-            tuple(curve.built for curve in self.curves),
             correct=self.correct.built if self.correct else {},
-            priors={name: prior_of(name, table) for name, table in self.priors.items()},
             posterior=self.posterior.built if self.posterior else {},
             plan=self.plan.built if self.plan else {},
         )
@@ -184,7 +184,11 @@ class FitCaseTable(ContactTable):
         if sample.work_of_adhesion is not None:
             adhesive_method(sample.indenter, method)
         check_segment(settings.segment, segments(sample.work_of_adhesion is not None, sample.relaxation is not None))
-        return case
+        curves = tuple(_with_values(i, curve.built, sample) for i, curve in enumerate(self.curves))
+        known = {**sample.numbers, **{name: BESIDE[name] for name in (*settings.nuisance, *CALIBRATION)}}
+        for name in self.priors.keys() - known.keys():
+            raise ValueError(f"priors: {name} is not part of this case; it has {', '.join(known)}.")
+        return replace(case, curves=curves, priors={name: prior_of(known[name], t) for name, t in self.priors.items()})
 
 
 def read_fit_case(path: str | Path) -> FitCase:
@@ -223,23 +227,36 @@ def read_fit_case(path: str | Path) -> FitCase:
 
 def fit_case_from(data: Plain, path: Path) -> FitCase:
     """Check the tables of a case file of a fit; messages call it `path`, and files that it names are beside it."""
+    plain, wanted = split(data)
+
+    def built(data: Plain) -> FitCase:
+        found: FitCase = validated(FitCaseTable, data, path, folder=path.parent).built
+        return found
+
+    case = built(plain)
     try:
-        plain, found, own = split(data)
-    except ValueError as error:
-        raise CaseError(f"{path}: {error}") from None
-    case: FitCase = validated(FitCaseTable, plain, path, folder=path.parent).built
-    known = case.sample.names
-    for name in found:
-        if name not in known:
-            raise CaseError(f"{path}: {name} cannot be fitted; in this case one can fit {', '.join(known)}.")
-    try:
-        case = replace(case, free=found, own=own)
-        check_free(case.sample, found)
+        names = {place: freed(plain, place, each, lambda data: built(data).sample) for place, each in wanted.items()}
+        own = tuple(name for place, (name, _) in names.items() if wanted[place].get("each"))
+        free = dict(names.values())
+        case = replace(case, free={name: free[name] for name in case.sample.numbers if name in free}, own=own)
+        check_free(case.sample, case.free)
         _check_curves(case)
         _check_knowledge(case)
+    except CaseError:
+        raise
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
     return case
+
+
+def _with_values(place: int, curve: Plain, sample: Sample) -> Plain:
+    """A curve of a joint fit with its values in SI."""
+    for name in curve["values"].keys() - sample.numbers.keys():
+        raise ValueError(
+            f"curves[{place}].values: {name} is not part of this case; it has {', '.join(sample.numbers)}."
+        )
+    values = {name: value_in_si(sample.numbers[name], value, name) for name, value in curve["values"].items()}
+    return {**curve, "values": values}
 
 
 def _check_curves(case: FitCase) -> None:
@@ -250,22 +267,13 @@ def _check_curves(case: FitCase) -> None:
         raise ValueError(
             "curves has one entry; two or more are fitted together. Give a single one on the command line."
         )
-    for i, curve in enumerate(case.curves):
-        unknown = sorted(set(curve["values"]) - set(case.sample.names))
-        if unknown:
-            raise ValueError(
-                f"curves[{i}].values: {unknown[0]} is not part of this case; it has {', '.join(case.sample.names)}."
-            )
 
 
 def _check_knowledge(case: FitCase) -> None:
     """Refuse priors of what is not there, and plans of what cannot be planned."""
-    known = (*case.sample.names, *case.settings.nuisance, *CALIBRATION)
     for name, prior in case.priors.items():
-        if name not in known:
-            raise ValueError(f"priors: {name} is not part of this case; it has {', '.join(known)}.")
-        if name in case.sample.names and name not in case.free:
-            _check_prior(name, case.sample.value(name), prior)
+        if name in case.sample.numbers and name not in case.free:
+            _check_prior(case.sample.numbers[name], prior)
     if case.plan and (case.relaxation is not None or case.curves or case.film):
         raise ValueError(
             "[plan] is for a single curve of an elastic or adhesive contact; leave it out of fits of relaxation, of several "
@@ -275,16 +283,16 @@ def _check_knowledge(case: FitCase) -> None:
         raise ValueError("[plan] needs something to be fitted: write { fit = ... } in place of a value.")
 
 
-def _check_prior(name: str, value: float, prior: Prior) -> None:
+def _check_prior(number: Place, prior: Prior) -> None:
     """Refuse a prior that excludes what the case holds for known: draws would look for a contact that nobody has described."""
-    place, centre = np.array(value), np.array(prior.centre)
+    place, centre = np.array(number.value), np.array(prior.centre)
     missed = 2 * float(prior.logarithm(centre) - prior.logarithm(place))
     # standard deviations: ten are no accident
     if missed > 100:
-        unit = unit_of(name)
+        unit = unit_of(number)
         raise ValueError(
-            f"priors: {name} is {text(prior.centre, unit)} ± {text(prior.spread, unit)}, but the case has "
-            f"{text(value, unit)}. Check the units, or give the case the value of the prior."
+            f"priors: {number.path} is {text(prior.centre, unit)} ± {text(prior.spread, unit)}, but the case has "
+            f"{text(number.value, unit)}. Check the units, or give the case the value of the prior."
         )
 
 
@@ -343,7 +351,7 @@ def describe_fit(case: FitCase) -> Iterator[str]:
         case.title, case.medium, case.indenter, Physics(case.work_of_adhesion, case.range_of_action, case.relaxation)
     )
     for i, (name, free) in enumerate(case.free.items()):
-        unit = unit_of(name)
+        unit = unit_of(case.sample.numbers[name])
         limits = between(free.minimum, free.maximum, unit)
         own = ", for each curve" if name in case.own else ""
         yield f"{'Fitted' if i == 0 else '':<9} {name}, from {text(case.sample.value(name), unit)}{limits}{own}"
@@ -352,7 +360,7 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     elif not case.free:
         yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
     for i, entry in enumerate(case.curves):
-        others = [f"{name} = {text(value, unit_of(name))}" for name, value in entry["values"].items()]
+        others = [f"{n} = {text(value, unit_of(case.sample.numbers[n]))}" for n, value in entry["values"].items()]
         tip = [f"{entry['indenter']!r}"] if entry["indenter"] is not None else []
         yield f"{'Curves' if i == 0 else '':<9} {', '.join([entry['path'].name, *tip, *others])}"
     given = settings.contact

@@ -9,40 +9,32 @@ from __future__ import annotations
 import copy
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Literal
 
 from pydantic import Field
 
 from flatpunch._support.checks import BadValue, positive, shown
-from flatpunch._support.paths import Plain
+from flatpunch._support.numbers import Place, a_ratio
+from flatpunch._support.paths import Plain, put
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.fits.measured.columns import STIFFNESS
+from flatpunch.fits.parameters.numbers import Numbers
 from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
+from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
-from flatpunch.fits.report.quantities import unit_of
 from flatpunch.media.material import POISSON
 
 FRAME = si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN"))
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
-_ANGLES = ("inclination", "half_opening_angle")
-PARAMETERS = {
-    "young",
-    "thickness",
-    "radius",
-    *_ANGLES,
-    "poisson",
-    "work_of_adhesion",
-    "interface_normal",
-    "interface_shear",
-}
-PARAMETERS |= {"time", "times", "equilibrium", "exponent", "weights"}
-"""Words of a case file for what can be fitted."""
-BESIDE = {"contact", "baseline", "tilt", "spring_constant", "sensitivity", "relative"}
-"""Numbers that a fit or a prior has beside the parameters."""
+_SETTINGS = {"fit", "curve", "curves", "film", "correct", "priors", "posterior", "plan"}
+"""Tables that say how to fit."""
+_NUDGE = 1e-3
+"""Relative change of a value of a file that shows which number it is."""
 
 
 class ContactLimits(Table):
@@ -159,13 +151,13 @@ class OneCurveTable(CurveTable):
     values: Plain = Field(default={})
 
     def build(self, folder: Path) -> Plain:
-        """Return path, indenter, values [SI], and those keyword arguments of `read_curve` that are given here."""
+        """Return path, indenter, values as in the file, and those keyword arguments of `read_curve` that are given here."""
         reading = CurveTable.build(self, folder)
         given = {name for name in self.model_fields_set if name in reading}
         return {
             "path": folder / self.file,
             "indenter": self.indenter.built if self.indenter else None,
-            "values": {name: value_in_si(name, value) for name, value in self.values.items()},
+            "values": self.values,
             "reading": {
                 name: reading[name]
                 for name in reading
@@ -243,12 +235,15 @@ class PlanTable(Table):
         return found
 
 
-def prior_of(name: str, table: Any) -> Prior:
+_RELATIVE = Place("relative", 0.0, a_ratio("relative standard deviation"), None)
+
+
+def prior_of(number: Place, table: Any) -> Prior:
     """A prior as it stands in [priors]: { mean, std }, { median, relative } or { min, max } of a parameter."""
-    fields = set(table) if isinstance(table, Mapping) else set()
+    fields, name = set(table) if isinstance(table, Mapping) else set(), number.path
 
     def value(field: str) -> float:
-        return value_in_si("relative" if field == "relative" else name, table[field], f"priors: {name}.{field}")
+        return value_in_si(_RELATIVE if field == "relative" else number, table[field], f"priors: {name}.{field}")
 
     if fields == {"mean", "std"}:
         mean, share = value("mean"), share_of(table["std"])
@@ -263,80 +258,91 @@ def prior_of(name: str, table: Any) -> Prior:
     )
 
 
-def split(data: Plain) -> tuple[Plain, dict[str, Free], tuple[str, ...]]:
+def split(data: Plain) -> tuple[Plain, dict[str, Plain]]:
     """Separate { fit = ..., min = ..., max = ..., each = true } from a file.
 
-    Returns the file with the starts in their place, the free parameters, and which of them each curve of a joint fit has for
-    itself.
+    Returns the file with the starts in their place, and what was there by its place, "layers[0].young".
     """
-    plain = copy.deepcopy(data)
-    found: dict[str, Free] = {}
-    own: list[str] = []
-    for prefix, table in _places(plain):
-        for name, value in table.items():
-            places: list[tuple[str, Any, str | int, Any]]
-            if isinstance(value, list):
-                places = [(f"{prefix}{name}[{i}]", value, i, entry) for i, entry in enumerate(value)]
+    plain, found = copy.deepcopy(data), {}
+
+    def walk(thing: Any, way: str) -> None:
+        for key, value in list(thing.items() if isinstance(thing, dict) else enumerate(thing)):
+            here = f"{way}[{key}]" if isinstance(key, int) else f"{way}.{key}".removeprefix(".")
+            if here in _SETTINGS or not isinstance(value, (dict, list)):
+                continue
+            if isinstance(value, dict) and "fit" in value:
+                found[here], thing[key] = value, value["fit"]
             else:
-                places = [(f"{prefix}{name}", table, name, value)]
-            for label, where, key, wanted in places:
-                if isinstance(wanted, dict) and "fit" in wanted:
-                    path, found_free = _free(label, name, wanted)
-                    found[path], where[key] = found_free, wanted["fit"]
-                    own += [path] if wanted.get("each") else []
-    return plain, found, tuple(own)
+                walk(value, here)
+
+    walk(plain, "")
+    return plain, found
 
 
-def value_in_si(name: str, given: object, called: str = "") -> float:
-    """Value of a parameter, or of a number that a fit has beside them, as it stands in a file, SI; messages say `called`."""
-    word = _word(name)
-    if word not in PARAMETERS and not (called and word in BESIDE):
-        raise BadValue(name, "", f"is no parameter; parameters end in {', '.join(sorted(PARAMETERS))}.")
-    dimension = si.BY_UNIT.get(
-        "rad" if word in _ANGLES else "" if word == "relative" else unit_of(word.replace("interface_", ""))
-    )
+def freed(plain: Plain, called: str, wanted: Plain, sample: Callable[[Plain], Sample]) -> tuple[str, Free]:
+    """Name and limits of the number that a value of a file is: the one that changes with it; `sample` makes a case of a file."""
+    if unknown := set(wanted) - {"fit", "min", "max", "each"}:
+        raise ValueError(
+            f"{called}.{min(unknown)} is no known field; a fitted value is written {{ fit = ..., min = ..., max = ... }}."
+        )
+    if not isinstance(wanted.get("each", False), bool):
+        raise BadValue(f"{called}.each", repr(wanted["each"]), "must be true or false.")
+
+    def numbers(value: object) -> Numbers:
+        changed = copy.deepcopy(plain)
+        put(changed, called, value)
+        return sample(changed).numbers
+
+    here, rises = numbers(wanted["fit"]), True
+    near = Numbers()
+    for share in (_NUDGE, -_NUDGE):
+        with suppress(ValueError):
+            nudged, rises = _nudged(called, wanted["fit"], share)
+            near = numbers(nudged)
+            break
+    moved = [n for n in here.keys() & near.keys() if here[n].value != near[n].value and n not in here.members]
+    if len(moved) != 1:
+        why = f"it moves {', '.join(sorted(moved))}, which fit(...) fits by their names" if moved else "it is no number"
+        raise ValueError(f"{called} cannot be fitted: {why}. One can fit {', '.join(here)}.")
+    (name,) = moved
+    itself = False
+    with suppress(ValueError):
+        itself = math.isclose(value_in_si(here[name], wanted["fit"], called), here[name].value)
+
+    def limit(key: str) -> float | None:
+        if key not in wanted:
+            return None
+        given = wanted[key]
+        return value_in_si(here[name], given, f"{called}.{key}") if itself else numbers(given)[name].value
+
+    limits = [limit("min"), limit("max")]
+    falls = (near[name].value > here[name].value) != rises
+    return name, Free(None, *(reversed(limits) if falls else limits))
+
+
+def _nudged(called: str, given: object, share: float) -> tuple[object, bool]:
+    """A value of a file that is larger in size by a share, and whether it is larger."""
+    match = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)(.*)", str(given))
+    if match is None or isinstance(given, bool):
+        raise BadValue(
+            called, shown(given), "is no number; a fitted value is written { fit = ..., min = ..., max = ... }."
+        )
+    before = float(match[1])
+    value = before * (1 + share) or share
+    return (f"{value!r}{match[2]}" if isinstance(given, str) else value), value > before
+
+
+def value_in_si(number: Place, given: object, called: str) -> float:
+    """Value of a number as it stands in a file, SI; messages say `called`."""
+    dimension = si.BY_UNIT.get(number.number.unit or "")
     if dimension is not None:
-        return si.named_si(called or name, given, dimension)
+        return si.named_si(called, given, dimension)
     if isinstance(given, bool) or not isinstance(given, (int, float)):
-        raise BadValue(called or name, repr(given), "must be a plain number.")
+        raise BadValue(called, repr(given), "must be a plain number.")
     return float(given)
-
-
-def _word(name: str) -> str:
-    """The word of a case file for a parameter: interface_normal for layers[0].bonded.normal."""
-    return name.replace("bonded.", "interface_").split(".")[-1].split("[")[0]
 
 
 def share_of(given: object) -> float | None:
     """A percentage as a share; None for anything else."""
     match = re.fullmatch(r"\s*([\d.eE+-]+)\s*%\s*", given) if isinstance(given, str) else None
     return float(match[1]) / 100 if match else None
-
-
-def _places(plain: Plain) -> Iterator[tuple[str, Plain]]:
-    """Tables in which something can be fitted, with what their names begin with."""
-    for prefix, body in (("", plain), ("upper.", plain.get("upper")), ("lower.", plain.get("lower"))):
-        if isinstance(body, dict):
-            layers = body.get("layers")
-            tables = [(f"layers[{i}].", table) for i, table in enumerate(layers if isinstance(layers, list) else [])]
-            tables.append(("base.", body.get("base")))
-            yield from ((prefix + name, table) for name, table in tables if isinstance(table, dict))
-    more = (("indenter.", plain.get("indenter")), ("relaxation.", plain.get("relaxation")), ("", plain))
-    yield from ((prefix, table) for prefix, table in more if isinstance(table, dict))
-
-
-def _free(path: str, name: str, value: Plain) -> tuple[str, Free]:
-    """Name and limits of a fitted value."""
-    if unknown := set(value) - {"fit", "min", "max", "each"}:
-        raise ValueError(
-            f"{path}.{min(unknown)} is no known field; a fitted value is written {{ fit = ..., min = ..., max = ... }}."
-        )
-    if name not in PARAMETERS:
-        raise ValueError(f"{path} cannot be fitted; one can fit {', '.join(sorted(PARAMETERS))}.")
-    if not isinstance(value.get("each", False), bool):
-        raise BadValue(f"{path}.each", repr(value["each"]), "must be true or false.")
-    limits = [value_in_si(name, value[key], f"{path}.{key}") if key in value else None for key in ("min", "max")]
-    if name == "half_opening_angle":
-        limits = [None if v is None else math.pi / 2 - v for v in reversed(limits)]
-        path = path.replace("half_opening_angle", "inclination")
-    return path.replace("interface_", "bonded."), Free(None, *limits)

@@ -32,7 +32,7 @@ _HELD = 2 * ndtr([2, 1]) - 1
 def bars(batch: Batch, name: str, axes: Axes) -> None:
     """Values with their intervals, one a curve, in the order of the curves."""
     values = batch.trusted(name)
-    factor, unit = scale_of(values, unit_of(name))
+    factor, unit = scale_of(values, unit_of(batch.number(name)))
     low, high = (np.asarray(batch.column(f"{name} {end}"), dtype=float) for end in ("low", "high"))
     spread: Any = np.abs(np.stack([values - low, high - values])) * factor
     number = np.arange(1, values.size + 1)
@@ -43,7 +43,7 @@ def bars(batch: Batch, name: str, axes: Axes) -> None:
         axes.axvline(i, color=PALE, lw=THIN, ls=":")
     axes.set_xlabel("curve")
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_ylabel(axis_label(name, unit))
+    axes.set_ylabel(axis_label(batch.number(name), unit))
     lost = int((~known).sum())
     axes.set_title(f"{values.size - lost} curves" + (f", {lost} left out (dotted)" if lost else ""))
 
@@ -71,7 +71,7 @@ def _histogram(batch: Batch, name: str, axes: Axes) -> None:
     A share p of n curves falls into a bin by chance: its count has the variance n p (1 - p).
     """
     values = batch.trusted(name)
-    factor, unit = scale_of(values, unit_of(name))
+    factor, unit = scale_of(values, unit_of(batch.number(name)))
     known = values[np.isfinite(values)] * factor
     if known.size:
         counts, edges, _ = axes.hist(known, bins="auto", color=PALE, edgecolor="white", linewidth=THIN)
@@ -94,7 +94,7 @@ def _histogram(batch: Batch, name: str, axes: Axes) -> None:
             f"{known.size} curves{left_out}\nmedian {median.value * factor:.4g}{within}\n"
             f"middle two thirds {low:.3g} to {high:.3g} {unit}".rstrip()
         )
-    axes.set_xlabel(axis_label(name, unit))
+    axes.set_xlabel(axis_label(batch.number(name), unit))
     axes.set_ylabel("curves")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
@@ -102,7 +102,7 @@ def _histogram(batch: Batch, name: str, axes: Axes) -> None:
 def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags) -> None:
     """Values over the positions of a force map; curves that are left out are masked and crossed out."""
     values = batch.trusted(name)
-    factor, unit = scale_of(values, unit_of(name))
+    factor, unit = scale_of(values, unit_of(batch.number(name)))
     span = float(max(np.ptp(x[placed]), np.ptp(y[placed])))
     scale, length = scale_of([span], "m")
     x, y = ((along - along[placed].min()) * scale for along in (x, y))
@@ -123,7 +123,7 @@ def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags)
     axes.plot(x[bad], y[bad], "x", color=GREY)
     figure = axes.get_figure()
     assert figure is not None
-    figure.colorbar(drawn, ax=axes, label=axis_label(name, unit))
+    figure.colorbar(drawn, ax=axes, label=axis_label(batch.number(name), unit))
     axes.set_aspect("equal")
     axes.set_xlabel(f"$x$ ({length})")
     axes.set_ylabel(f"$y$ ({length})")
@@ -161,7 +161,7 @@ def plot_posterior(posterior: Posterior, name: str, second: str | None = None, a
     >>> fitted = fp.fit(fp.Curve(depth=depth, force=force), gel, tip, ["base.young"])
     >>> axes = fp.plot_posterior(fitted.posterior(draws=2000), "base.young", "contact")
     >>> axes.get_xlabel()
-    'E of base (kPa)'
+    "Young's modulus of base (kPa)"
     """
     # posteriors are loaded with their sampler
     from flatpunch.fits.report.posterior import Posterior
@@ -196,9 +196,13 @@ def posterior_figure(
 
 def _draws(posterior: Posterior, name: str, second: str | None, axes: Axes) -> None:
     """Draws of one parameter as a histogram with median and interval, of two as points with contours."""
-    scales = [(each, *scale_of(posterior[each], unit_of(each))) for each in (name, second) if each is not None]
+    scales = [
+        (each, *scale_of(posterior[each], unit_of(posterior.numbers[each])))
+        for each in (name, second)
+        if each is not None
+    ]
     values = [posterior[each] * factor for each, factor, _ in scales]
-    labels = [axis_label(each, unit) for each, _, unit in scales]
+    labels = [axis_label(posterior.numbers[each], unit) for each, _, unit in scales]
     if second is None:
         axes.hist(values[0], bins=_CELLS, density=True, color=PALE, edgecolor="white", linewidth=0.5)
         for end in posterior.interval(name):

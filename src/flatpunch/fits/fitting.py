@@ -21,7 +21,6 @@ from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
 from flatpunch.fits.models import FAR, Model, bounds, check_segment, model_of, segments
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.scaling import plain_limits
 from flatpunch.fits.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
@@ -277,13 +276,12 @@ def _wider(setup: Setup, found: Minimum, free: Mapping[str, Free], settings: Set
             if below and low_set is None and high_set is None:
                 lower[j] -= 2 * (1 + abs(lower[j]))
                 changed = True
-        elif name in free and plain_limits(name) is None:
-            if below and free[name].minimum is None:
-                lower[j] -= np.log(FAR)
-                changed = True
-            if not below and free[name].maximum is None:
-                upper[j] += np.log(FAR)
-                changed = True
+        elif name in free:
+            least, most = setup.objective.model.ends(name)
+            if below and free[name].minimum is None and lower[j] > least:
+                lower[j], changed = max(lower[j] - np.log(FAR), least), True
+            if not below and free[name].maximum is None and upper[j] < most:
+                upper[j], changed = min(upper[j] + np.log(FAR), most), True
     return replace(setup, lower=lower, upper=upper) if changed else None
 
 

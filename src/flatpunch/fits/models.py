@@ -8,16 +8,16 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array, BadValue, real
+from flatpunch._support.numbers import Place
 from flatpunch._support.prefixes import text
 from flatpunch.contact.physics import FiniteStrain
 from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.elastic import model as elastic_model
 from flatpunch.fits.elastic.model import ForwardModel
+from flatpunch.fits.parameters.numbers import Scale, ends
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.scaling import internal, plain_limits
 from flatpunch.fits.parameters.settings import FitMethod, Free
-from flatpunch.fits.report.quantities import unit_of
 from flatpunch.fits.viscoelastic.model import HistoryModel
 
 FAR = 1e6
@@ -32,8 +32,7 @@ def model_of(
     """The forward model of a case, kept for the next curve; starting values in `free` differ from those of the sample."""
     if finite_strain is not None and (sample.work_of_adhesion, sample.relaxation) != (None, None):
         raise ValueError("finite_strain does not go with work_of_adhesion and relaxation; leave one of them out.")
-    for name in free:
-        sample.check(name)
+    sample.check(free)
     starts = {name: real(name, f.start) for name, f in free.items() if f.start is not None}
     started = sample.replaced(starts)
     try:
@@ -83,36 +82,43 @@ def check_segment(segment: str, known: Sequence[str]) -> None:
 
 def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
     """Refuse limits that a start does not lie between, without making a model."""
+    sample.check(free)
     for name, what in free.items():
-        _between(name, what.start if what.start is not None else sample.value(name), what)
+        number = sample.numbers[name]
+        _between(number, number.value if what.start is None else what.start, what, ends(number))
 
 
 def bounds(model: Model, free: Mapping[str, Free]) -> tuple[Array, Array]:
     """Limits in internal parameters."""
-    starts = model.externals(model.start())
-    pairs = [_between(name, starts[name], free[name]) for name in model.free]
+    pairs = [_between(model.numbers[n], model.numbers[n].value, free[n], model.ends(n)) for n in model.free]
     return np.array([low for low, _ in pairs]), np.array([high for _, high in pairs])
 
 
-def _between(name: str, start: float, limits: Free) -> tuple[float, float]:
-    begin = internal(name, start)
-    low, high = plain_limits(name) or (begin - np.log(FAR), begin + np.log(FAR))
+def _between(number: Place, start: float, limits: Free, ends: tuple[float, float]) -> tuple[float, float]:
+    scale, name = Scale.of(number), number.path
+    begin, far = scale.internal(start), np.log(FAR)
+    low, high = (end if np.isfinite(end) else begin + way for end, way in zip(ends, (-far, far), strict=True))
     if limits.minimum is not None:
-        low = internal(name, _limit(name, "minimum", limits.minimum))
+        low = max(_limit(number, "minimum", limits.minimum), ends[0])
     if limits.maximum is not None:
-        high = internal(name, _limit(name, "maximum", limits.maximum))
+        high = min(_limit(number, "maximum", limits.maximum), ends[1])
     # the start has been there and back
     slack = ROUNDING * max(1.0, abs(begin))
     if not low - slack <= begin <= high + slack or low == high:
-        unit = unit_of(name)
-        words = [text(v, unit) if v is not None else "none" for v in (start, limits.minimum, limits.maximum)]
+        words = [
+            text(v, number.number.unit or "") if v is not None else "none"
+            for v in (start, limits.minimum, limits.maximum)
+        ]
         raise BadValue(name, "", f": the start {words[0]} must lie between minimum {words[1]} and maximum {words[2]}.")
     return low, high
 
 
-def _limit(name: str, which: str, value: float) -> float:
-    value = real(f"{name} {which}", value)
-    plain = plain_limits(name)
-    if plain is None and value <= 0:
-        raise ValueError(f"{name} {which} = {value!r} must be > 0.")
-    return float(np.clip(value, *plain)) if plain else value
+def _limit(number: Place, which: str, value: float) -> float:
+    """Internal value of a limit."""
+    scale, name = Scale.of(number), f"{number.path} {which}"
+    value = real(name, value)
+    if scale.form != "plain" and value <= 0:
+        raise ValueError(f"{name} = {value!r} must be > 0.")
+    if scale.form == "slope" and value > np.pi / 2:
+        raise ValueError(f"{name} = {value!r} must not exceed pi/2.")
+    return scale.internal(value)

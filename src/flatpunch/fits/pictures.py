@@ -225,7 +225,8 @@ def _several(result: FitResult, top: Axes, bottom: Axes) -> None:
 def _title(name: str, result: FitResult, parameters: Sequence[str]) -> str:
     """Name of a curve and fitted values, in lines that fit above one panel."""
     name = name if len(name) <= _LETTERS - 1 else name[: _LETTERS - 2] + "…"
-    words = [f"{label_of(each)} = {text(result[each], unit_of(each))}" for each in parameters]
+    numbers = result.problem.numbers
+    words = [f"{label_of(numbers[each])} = {text(result[each], unit_of(numbers[each]))}" for each in parameters]
     # a value keeps to its line: spaces within it do not break
     values = ", ".join(printed(word).replace("-", "−").replace(" ", "\u00a0") for word in words)
     return textwrap.fill(f"{name}: {values}" if values else name, _LETTERS, break_on_hyphens=False)
@@ -245,7 +246,8 @@ def drift_figure(
         axes = figure.add_subplot()
         x_factor, x_unit = scale_of([float(r.depth.max()) for r in (*results, *beside)], "m")
         found = [abs(r[n]) for rs, n in ((results, name), (beside, beside_name)) for r in rs]
-        y_factor, y_unit = scale_of(found, unit_of(name))
+        shown = results[0].problem.numbers[name]
+        y_factor, y_unit = scale_of(found, unit_of(shown))
         for fits, label, how, words in (
             (results, name, {"fmt": "o-", "color": BLUE}, "layered model"),
             (beside, beside_name, {"fmt": "s--", "color": ORANGE, "markerfacecolor": "white"}, "half-space"),
@@ -259,7 +261,7 @@ def drift_figure(
             options: Any = {**how, "ms": 4, "capsize": 3, "label": words}
             axes.errorbar(x, values, spread, **options)
         axes.set_xlabel(f"largest fitted depth ({x_unit})")
-        axes.set_ylabel(axis_label(name, y_unit))
+        axes.set_ylabel(axis_label(shown, y_unit))
         axes.set_ylim(bottom=0)
         axes.legend(loc="best", ncols=2)
     return figure

@@ -16,6 +16,7 @@ from scipy.interpolate import make_interp_spline
 
 from flatpunch._support.checks import TINY, Array, positive, shown, whole
 from flatpunch._support.kinds import follows
+from flatpunch._support.numbers import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable, text_of
 from flatpunch._support.threads import one_blas_thread
@@ -25,9 +26,9 @@ from flatpunch.contact.methods import FirstOrder
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.least_squares.minimum import covariance
+from flatpunch.fits.parameters.numbers import BESIDE, Scale
 from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.scaling import slope
 from flatpunch.fits.parameters.settings import FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fits.report.findings import TANGLED, combinations
 from flatpunch.fits.report.quantities import label, unit_of
@@ -48,8 +49,8 @@ class Plan(Tabled):
 
     Attributes
     ----------
-    names : tuple of str
-        The free parameters, then the contact point and the background that are fitted with them.
+    numbers : mapping of str to Place
+        The free parameters with their declarations, then the contact point and the background that are fitted with them.
     values : ndarray, shape (parameters,)
         Their values [SI]; those of contact and background are zero.
     errors : ndarray, shape (parameters,)
@@ -73,13 +74,18 @@ class Plan(Tabled):
     layers[0].young True
     """
 
-    names: tuple[str, ...]
+    numbers: Mapping[str, Place]
     values: Array
     errors: Array
     covariance: Array
     undetermined: Array
     text: str
     notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(self.numbers)
 
     def __getitem__(self, name: str) -> float:
         """Standard error of a parameter [SI]."""
@@ -99,23 +105,27 @@ class Plan(Tabled):
 
     def _relative(self, j: int) -> float:
         """Standard error over the value; of numbers without unit, which are of order one, the error itself."""
-        return float(self.errors[j] / abs(self.values[j])) if unit_of(self.names[j]) else float(self.errors[j])
+        return (
+            float(self.errors[j] / abs(self.values[j]))
+            if unit_of(self.numbers[self.names[j]])
+            else float(self.errors[j])
+        )
 
     def error_in_words(self, name: str) -> str:
         """Standard error, relative to the value if that has a unit; "not determined" where it says nothing."""
         if self.judgement(name) == "not determined":
             return "not determined"
         error = self._relative(self.names.index(name))
-        return f"± {100 * error:.2g} %" if unit_of(name) else f"± {error:.2g}"
+        return f"± {100 * error:.2g} %" if unit_of(self.numbers[name]) else f"± {error:.2g}"
 
     def table(self) -> Rows:
         """The table: a row for each parameter; of contact and background the standard error alone."""
         rows = []
-        for name, value, error in zip(self.names, self.values, self.errors, strict=True):
-            said = f"± {text(float(error), unit_of(name))}"
+        for (name, number), value, error in zip(self.numbers.items(), self.values, self.errors, strict=True):
+            said = f"± {text(float(error), unit_of(number))}"
             if value:
                 said = ": ".join(dict.fromkeys((self.error_in_words(name), self.judgement(name))))
-            rows.append(Row(name, Estimate(float(value), float(error), by="plan"), unit_of(name), said))
+            rows.append(Row.of(number, Estimate(float(value), float(error), by="plan"), said))
         return Rows(self.text, tuple(rows), notes=self.notes)
 
     def _line_(self) -> str:
@@ -167,8 +177,13 @@ class PlanScan:
     @property
     def names(self) -> tuple[str, ...]:
         """The free parameters."""
+        return tuple(each.path for each in self.numbers)
+
+    @property
+    def numbers(self) -> tuple[Place, ...]:
+        """Their declarations."""
         plan = next((plan for plan in self.plans.values() if isinstance(plan, Plan)), None)
-        return () if plan is None else tuple(n for n, v in zip(plan.names, plan.values, strict=True) if v)
+        return () if plan is None else tuple(n for n, v in zip(plan.numbers.values(), plan.values, strict=True) if v)
 
     def summary(self) -> str:
         """The table as text."""
@@ -182,7 +197,7 @@ class PlanScan:
         """A row for each tip and depth."""
         width = 2 + len(self.names)
         rows = tuple((*row, *[""] * (width - len(row))) for row in self.rows())
-        return Table("Relative standard errors", ("tip", "depth", *map(label, self.names)), rows)
+        return Table("Relative standard errors", ("tip", "depth", *map(label, self.numbers)), rows)
 
 
 def plan_scan(
@@ -314,8 +329,7 @@ def planned(
     if not names:
         raise ValueError("free is empty: name the parameters that will be fitted.")
     sample = Sample(medium, indenter, work_of_adhesion)
-    for name in names:
-        sample.check(name)
+    sample.check(names)
     if "drag" in chosen.nuisance:
         raise ValueError("drag is not planned; leave it out.")
     deepest = positive("depth", depth, "It is the largest indentation depth [m].", unit="m")
@@ -350,10 +364,13 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
     # contacts between which ln F and its derivatives, smooth over ln d, are interpolated
     nodes = readings.max() * np.geomspace(1e-3, 1, 48)
     known = {each.path: each for each in parameters(sample.medium, sample.indenter)}
-    wanted = [known[name] for name in names]
+    # a group moves all its members at their ratios
+    moved = [sample.numbers.members.get(name, (name,)) for name in names]
+    wanted = [known[name] for each in moved for name in each]
     found = gradients(sample.medium, sample.indenter, Control("depth", nodes), FirstOrder(), wanted)
-    units = np.array([slope(name, sample.value(name)) for name in names])
-    relative = np.array([each.force * units / each.contact.force for each in found])
+    units = np.array([_slope(sample.numbers[each.path]) for each in wanted])
+    first = np.cumsum([0, *map(len, moved[:-1])])
+    relative = np.array([np.add.reduceat(each.force * units, first) / each.contact.force for each in found])
     method = method_for(sample.indenter, settings.method)
     forces = indent(sample.medium, sample.indenter, depth=nodes, method=method, angles=FEW_ANGLES)["force"].values
     spline = make_interp_spline(np.log(nodes), np.column_stack([np.log(forces), relative]), k=5)
@@ -373,7 +390,7 @@ def _judged(
     """Information, covariance and notes."""
     all_names, rest = (*names, *settings.nuisance), len(settings.nuisance)
     values = np.append([sample.value(name) for name in names], np.zeros(rest))
-    units = np.append([slope(name, sample.value(name)) for name in names], np.ones(rest))
+    units = np.append([_slope(sample.numbers[name]) for name in names], np.ones(rest))
     information = scaled @ scaled.T
     for name, prior in priors.items():
         if not isinstance(prior, (Normal, LogNormal, Uniform)) or name not in all_names:
@@ -384,7 +401,8 @@ def _judged(
         information[j, j] += (units[j] / prior.spread) ** 2
     spread, undetermined = covariance(information, np.ones(len(all_names), dtype=bool), 1.0)
     errors = np.sqrt(np.diag(spread)) * np.abs(units)
-    plan = Plan(all_names, values, errors, spread, undetermined, title)
+    known = {**sample.numbers, **BESIDE}
+    plan = Plan({name: known[name] for name in all_names}, values, errors, spread, undetermined, title)
     alone = np.abs(units) / np.sqrt(np.maximum(np.diag(information), TINY))
     notes = list(_notes(plan, len(names), alone))
     if not sample.indenter.round and sample.work_of_adhesion is None:
@@ -394,10 +412,16 @@ def _judged(
     return replace(plan, notes=tuple(notes))
 
 
+def _slope(number: Place) -> float:
+    """Derivative of a number by its internal value."""
+    scale = Scale.of(number)
+    return float(scale.slope(scale.internal(number.value)))
+
+
 def _notes(plan: Plan, count: int, alone: Array) -> Iterator[str]:
     """Parameters without effect, whose standard errors `alone` are known; combinations that change nothing; tangled pairs."""
     for name, value, error in zip(plan.names[:count], plan.values, alone, strict=False):
-        if error > POORLY * (abs(value) if unit_of(name) else 1.0):
+        if error > POORLY * (abs(value) if unit_of(plan.numbers[name]) else 1.0):
             yield f"{name} has hardly any effect on the curve: with all else known it would still be undetermined. Leave it out."
     for together in combinations(plan.names, plan.undetermined):
         if len(together) > 1:

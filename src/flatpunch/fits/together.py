@@ -24,8 +24,8 @@ from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fits.measured.signal import independent
 from flatpunch.fits.models import bounds, check_free, model_of
+from flatpunch.fits.parameters.numbers import OF
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.scaling import MODULI, OF
 from flatpunch.fits.parameters.settings import Free, FreeNames, Settings, SettingsOf, as_free
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
@@ -196,8 +196,8 @@ def _alone(measured: Measured, sample: Sample, free: Mapping[str, Free], setting
 
 def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
     """A descent in which the moduli alone are free among the parameters of the sample: one curve determines no more."""
-    names, count = setup.objective.names, len(setup.objective.model.free)
-    fixed = np.array([j < count and not names[j].endswith(MODULI) for j in range(len(names))])
+    model, count = setup.objective.model, len(setup.objective.names)
+    fixed = np.isin(np.arange(count), np.setdiff1d(np.arange(len(model.free)), model.moduli))
     held = replace(setup, lower=np.where(fixed, start, setup.lower), upper=np.where(fixed, start, setup.upper))
     return descended(held, start, settings).x
 

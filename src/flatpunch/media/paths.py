@@ -147,12 +147,13 @@ def _replaced(thing: Any, changes: Any) -> Any:
         return tuple(entries)
     if isinstance(thing, Base) and "base" in changes:
         return _replaced(thing, changes["base"])
-    if isinstance(thing, Material) and (group := thing.group[0]) in changes and group not in _own(thing):
-        factor = changes[group] / getattr(thing, group)
-        return _replaced(thing.times(factor), {name: each for name, each in changes.items() if name != group})
-    return dataclasses.replace(
-        thing, **{name: _replaced(getattr(thing, name), change) for name, change in changes.items()}
-    )
+    group = thing.group[0] if isinstance(thing, Material) else ""
+    moved = group in changes and group not in _own(thing)
+    inside = {
+        name: _replaced(getattr(thing, name), each) for name, each in changes.items() if not moved or name != group
+    }
+    found: Any = dataclasses.replace(thing, **inside)
+    return found.times(changes[group] / getattr(found, group)) if moved else found
 
 
 def _own(thing: Any) -> set[str]:

@@ -65,7 +65,7 @@ class Prony:
 
     weights: tuple[Annotated[float, a_ratio("weights", above=0.0, example="[0.5, 0.2]")], ...]
     times: tuple[Annotated[float, a_time("times", example='["1 s", "10 s"]')], ...]
-    equilibrium: Annotated[float, a_ratio("equilibrium", least=0.0)]
+    equilibrium: Annotated[float, a_ratio("equilibrium", least=0.0, varies=False)]
 
     def __init__(self, weights: Values, times: Values, equilibrium: float | None = None) -> None:
         g = values("Prony.weights", weights, strict=True, unit="1")
@@ -185,7 +185,7 @@ class PowerLawRelaxation(Checked):
         float,
         a_ratio("exponent", above=0.0, below=1.0, outside="must lie between 0 (elastic) and 1 (fluid), both excluded."),
     ]
-    time: Annotated[float, a_time("time of the modulus")]
+    time: Annotated[float, a_time("time of the modulus", varies=False)]
 
     def __call__(self, t: Array) -> Array:
         """psi(t) at times t >= 0 [s]; infinite at t = 0."""

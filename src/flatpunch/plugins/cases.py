@@ -9,7 +9,8 @@ from pathlib import Path
 
 from flatpunch._support.readable import source_of
 from flatpunch.fits.elastic.model import method_for
-from flatpunch.fits.parameters.scaling import parameter_names, scaling, value_of
+from flatpunch.fits.parameters.numbers import numbers_in
+from flatpunch.fits.parameters.scaling import scaling
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -75,22 +76,19 @@ def parts_of(
 def _entries(medium: Body, indenter: Indenter) -> list[Entry]:
     stack = medium.single
     plain = stack and (stack.base.rigid or stack.base.isotropic) and all(layer.isotropic for layer in stack.layers)
-    names = parameter_names(medium, indenter)
-    top = next((name for name in names if name.endswith("young")), None)
+    numbers = numbers_in(medium, indenter)
+    top = numbers.get("layers[0].young") or numbers.get("base.young")
     if not plain or top is None:
         raise ValueError("a model file needs homogeneous layers on a rigid base or a half-space.")
-    entries = [Entry("E", top, "Young's Modulus", "Pa", value_of(medium, indenter, top), True)]
-    if "layers[0].thickness" in names:
-        value = value_of(medium, indenter, "layers[0].thickness")
-        entries.append(Entry("h", "layers[0].thickness", "Layer Thickness", "m", value, False))
-    if "indenter.radius" in names:
-        entries.append(
-            Entry("R", "indenter.radius", "Tip Radius", "m", value_of(medium, indenter, "indenter.radius"), False)
-        )
-    elif "indenter.inclination" in names:
-        half = 90 - math.degrees(value_of(medium, indenter, "indenter.inclination"))
-        convert = "np.pi / 2 - np.radians({})"
-        entries.append(Entry("alpha", "indenter.inclination", "Half Opening Angle", "°", half, False, 90, convert))
+    entries = [Entry("E", top.path, "Young's Modulus", "Pa", top.value, True)]
+    if thickness := numbers.get("layers[0].thickness"):
+        entries.append(Entry("h", thickness.path, "Layer Thickness", "m", thickness.value, False))
+    tip = [each for name, each in numbers.items() if name.startswith("indenter.")]
+    if len(tip) == 1 and tip[0].number.unit == "m":
+        entries.append(Entry("R", tip[0].path, "Tip Radius", "m", tip[0].value, False))
+    elif len(tip) == 1 and tip[0].number.slanted:
+        half, convert = 90 - math.degrees(tip[0].value), "np.pi / 2 - np.radians({})"
+        entries.append(Entry("alpha", tip[0].path, "Half Opening Angle", "°", half, False, 90, convert))
     else:
         raise ValueError(
             f"indenter = {type(indenter).__name__}: there are model files for tips with a radius or an angle."

@@ -12,6 +12,7 @@ import numpy as np
 
 from flatpunch._support.checks import Array
 from flatpunch._support.messages import message
+from flatpunch._support.numbers import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import reporting
@@ -140,7 +141,7 @@ def _case(fields: Mapping[str, str]) -> FitCase:
 def _one(case: FitCase, curve: Curve) -> Plain:
     result = _fitted(case, curve)
     return {
-        "rows": [[label(row.name), row.value, row.stated, row.stderr] for row in result.table().rows],
+        "rows": [[row.label, row.value, row.stated, row.stderr] for row in result.table().rows],
         "values": {name: estimate.value for name, estimate in result.estimates.items()},
         "level": f"{100 * result.settings.level:g} %",
         "notes": list(result.notes),
@@ -182,12 +183,12 @@ def _all(case: FitCase, path: Path) -> Plain:
         for done in fit_rows(items, case.sample, case.free, replace(case.settings, quick=True), case.reading, 1):
             rows.extend(done)
             report(len(rows), len(items))
-    batch = Batch(tuple(on_grid(rows)))
-    names = list(case.free)
+    batch = Batch(tuple(on_grid(rows)), case.sample.numbers)
+    numbers = [case.sample.numbers[name] for name in case.free]
     shown = [
         [
             str(row["curve"]),
-            *(_number(row.get(name), name) for name in names),
+            *(_number(row.get(each.path), each) for each in numbers),
             "yes" if row["ok"] else str(row["reason"]),
         ]
         for row in rows[: DRAWN.listed]
@@ -195,7 +196,7 @@ def _all(case: FitCase, path: Path) -> Plain:
     good = len(rows) - len(batch.failed)
     return {
         "all": {
-            "columns": ["curve", *map(label, names), "fitted"],
+            "columns": ["curve", *map(label, numbers), "fitted"],
             "rows": shown,
             "caption": f"{good} of {len(rows)} curves fitted"
             + (f", the first {DRAWN.listed} shown" if len(rows) > DRAWN.listed else ""),
@@ -205,8 +206,8 @@ def _all(case: FitCase, path: Path) -> Plain:
     }
 
 
-def _number(value: float | None, name: str) -> str:
-    return "–" if value is None else text(float(value), unit_of(name))
+def _number(value: float | None, number: Place) -> str:
+    return "–" if value is None else text(float(value), unit_of(number))
 
 
 def _drawn(name: str, depth: Array, force: Array) -> Plain:

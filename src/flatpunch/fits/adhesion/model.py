@@ -19,8 +19,9 @@ from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indentation import indent
 from flatpunch.fits.adhesion.branch import BranchFamily, BranchTables, StableBranch, branch_tables
-from flatpunch.fits.parameters.free_parameters import SampleParameters
-from flatpunch.fits.parameters.sample import WORK, Sample
+from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
+from flatpunch.fits.parameters.numbers import WORK
+from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
@@ -40,7 +41,7 @@ def adhesive_method(indenter: Indenter, method: FitMethod) -> MethodName:
 
 
 @dataclass(frozen=True)
-class AdhesiveModel(SampleParameters):
+class AdhesiveModel(FreeParameters):
     """Force over depth of an adhesive contact as a function of the free parameters; see `ForwardModel`.
 
     Parameters
@@ -62,16 +63,18 @@ class AdhesiveModel(SampleParameters):
     adhesive: ClassVar[bool] = True
     _tables: BranchTables = field(init=False, repr=False, compare=False)
     _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+    knots: Mapping[str, tuple[float, float]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in self.free:
-            self.sample.check(name)
+        self.sample.check(self.free)
         medium, tip = self.sample.medium, self.sample.indenter
         if not tip.round and tip.exponent is None:
             # says what can be done
             adhesive_case(compliance(medium), tip, self.sample.value(WORK))
         object.__setattr__(self, "method", adhesive_method(tip, self.method))
-        found = scaling(medium, tip, [name for name in self.free if name != WORK])
+        free = [name for name in self.free if name != WORK]
+        found = scaling(medium, tip, free, numbers=self.numbers)
+        object.__setattr__(self, "knots", found.knots)
         work = None if tip.round or self.approximate else _work_coordinate(found)
         coordinates = (*found.coordinates, *([work] if work else []))
         half = _half_powers(found)
@@ -81,6 +84,11 @@ class AdhesiveModel(SampleParameters):
         start = found.problem([c.offset for c in found.coordinates])
         family = BranchFamily(*start, found, coordinates, work is not None)
         object.__setattr__(self, "_tables", branch_tables(family))
+
+    @property
+    def tabulated(self) -> bool:
+        """Whether the branch comes from tables; with many free parameters each is solved."""
+        return self._tables.functions[0].tabulated
 
     def evaluate(self, depth: Array, theta: Array, softest: float = -np.inf) -> tuple[Array, Array, Array]:
         """Force F [N], dF/dd [N/m] and dF/dtheta [N], shape (parameters, n), at depths [m] of any sign, on the stable branch.
@@ -120,8 +128,8 @@ class AdhesiveModel(SampleParameters):
             result[held] = self.evaluate(depth[held], theta)[0]
         return result
 
-    def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
-        """Force without tables, from `indent`, and the notes of the theory."""
+    def exact(self, depth: Array, values: Mapping[str, float]) -> ExactForce:
+        """Force without tables, from `indent`, with the notes of the theory."""
         import warnings
 
         sample = self.sample.replaced(values)
@@ -136,7 +144,7 @@ class AdhesiveModel(SampleParameters):
                 range_of_action=sample.range_of_action,
                 angles=FEW_ANGLES,
             )
-        return np.asarray(curve["force"].values), str(curve.attrs["notes"])
+        return ExactForce.of(curve, [str(curve.attrs["notes"])])
 
 
 def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:

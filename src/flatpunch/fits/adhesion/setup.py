@@ -26,8 +26,7 @@ from flatpunch.fits.least_squares.starts import tried
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fits.measured.orientation import Approach, approach_of
 from flatpunch.fits.measured.signal import CLEAR, converter_step, noise_of, spread_of
-from flatpunch.fits.parameters.sample import WORK
-from flatpunch.fits.parameters.scaling import MODULI
+from flatpunch.fits.parameters.numbers import WORK
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import frame_of
 
@@ -296,7 +295,7 @@ def _start(objective: Objective, lower: Array, upper: Array, between: tuple[floa
     """
     coarse, model = _means(objective), objective.model
     model = AdhesiveModel(model.sample, model.free, model.method, approximate=True)
-    moduli = [j for j, name in enumerate(model.free) if name.endswith(MODULI)]
+    moduli = model.moduli
     works = [j for j, name in enumerate(model.free) if name == WORK]
     assert coarse.loaded is not None
     loaded, depth = coarse.loaded, coarse.depth[coarse.loaded]

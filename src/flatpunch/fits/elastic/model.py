@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,8 +24,9 @@ from flatpunch.contact.curve import FEW_ANGLES, percent
 from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.contact.physics import FiniteStrain
 from flatpunch.fits.elastic.table import Table, at_pieces
-from flatpunch.fits.parameters.free_parameters import FreeParameters
-from flatpunch.fits.parameters.scaling import Scaling, replaced, scaling, value_of
+from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
+from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.scaling import Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -81,22 +83,23 @@ class ForwardModel(FreeParameters):
     finite_strain: FiniteStrain | None = None
     _table: Table = field(init=False, repr=False, compare=False)
     _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
+    knots: Mapping[str, tuple[float, float]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         free = tuple(self.free)
         object.__setattr__(self, "free", free)
+        self.sample.check(free)
         method = method_for(self.indenter, self.method)
         object.__setattr__(self, "method", method)
         large = self.finite_strain is not None
-        found = scaling(self.medium, self.indenter, free, large=large)
+        found = scaling(self.medium, self.indenter, free, large=large, numbers=self.numbers)
         if large:
             place_of(self.medium, self.indenter)
-            if "indenter.inclination" in free:
-                raise ValueError(
-                    "indenter.inclination cannot be fitted with finite_strain, whose factor depends on it."
-                )
+            if slanted := [name for name in free if self.numbers[name].number.slanted]:
+                raise ValueError(f"{slanted[0]} cannot be fitted with finite_strain, whose factor depends on it.")
         forms = [self.linear(w) for w in (found.force, found.depth, *(c.weights for c in found.coordinates))]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in forms]), np.array([w for _, w in forms])))
+        object.__setattr__(self, "knots", found.knots)
         start = found.problem([c.offset for c in found.coordinates])
         object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, method, self.finite_strain))
 
@@ -110,13 +113,10 @@ class ForwardModel(FreeParameters):
         """Whether forces come from a table; with many free parameters each is solved."""
         return self._table.tabulated
 
-    def value(self, name: str) -> float:
-        """Value of a parameter in the case, free or not, SI."""
-        return value_of(self.medium, self.indenter, name)
-
-    def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
-        """Medium and indenter with these values."""
-        return replaced(self.medium, self.indenter, values)
+    @cached_property
+    def sample(self) -> Sample:
+        """The case; free parameters have their starting values in it."""
+        return Sample(self.medium, self.indenter)
 
     def evaluate(self, depth: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Force and derivatives at depths > 0.
@@ -174,8 +174,8 @@ class ForwardModel(FreeParameters):
             result[touching] = self.evaluate(depth[touching], theta)[0]
         return result
 
-    def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
-        """Force without tables, from `indent`, and the notes of the method."""
+    def exact(self, depth: Array, values: Mapping[str, float]) -> ExactForce:
+        """Force without tables, from `indent`, with the notes of the method."""
         medium, indenter = self.case(values)
         method = method_for(indenter, self.method)
         law = self.finite_strain
@@ -185,7 +185,7 @@ class ForwardModel(FreeParameters):
         if not indenter.round:
             error = percent(float(curve["force_error"].max()))
             notes.append(f"Forces are those of the {curve.attrs['method']} method, which expects to be within {error}.")
-        return np.asarray(curve["force"].values), "\n".join(notes)
+        return ExactForce.of(curve, notes)
 
 
 def free_coordinates(found: Scaling) -> tuple[str, ...]:
@@ -240,12 +240,18 @@ def _solver(found: Scaling, method: MethodName | Method, large: bool) -> tuple[A
         medium, indenter = found.problem(q)
         if indenter.flat or not np.isfinite(indenter.reach):
             return float("inf")
-        try:
-            curve = indent(medium, indenter, radius=indenter.reach, method=method, angles=FEW_ANGLES)
-        except UnresolvedLayer:
-            # far deeper than any measured depth: layers of a trial step that are very thin
-            return float("inf")
-        return float(np.log(curve["depth"].values[0]))
+        for radius in indenter.reach * np.geomspace(1, 0.1, 12):
+            try:
+                curve = indent(medium, indenter, radius=radius, method=method, angles=FEW_ANGLES)
+            except UnresolvedLayer:
+                # far deeper than any measured depth: layers of a trial step that are very thin
+                return float("inf")
+            except ValueError as error:
+                # the corrections of a series for the outline may end before the shape does
+                refused = error
+            else:
+                return float(np.log(curve["depth"].values[0]))
+        raise refused
 
     def solve(q: tuple[float, ...], delta: Array) -> Array:
         medium, indenter = found.problem(q)

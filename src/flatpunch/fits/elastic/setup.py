@@ -25,7 +25,6 @@ from flatpunch.fits.least_squares.speed import before_turn, no_drag, shows_drag,
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fits.measured.orientation import Approach, approaches, leap_note
 from flatpunch.fits.measured.signal import converter_step
-from flatpunch.fits.parameters.scaling import MODULI
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Frame, frame_of
 
@@ -203,8 +202,7 @@ def _record(
     frame = frame_of(clean.depth, clean.force, clean.position, speed)
     objective = _objective(clean, frame, model, settings, settings.baseline == "linear", turned, speed)
     means = objective.averaged(np.repeat(np.arange(edges.size - 1), np.diff(edges)))
-    moduli = tuple(j for j, free in enumerate(model.free) if free.endswith(MODULI))
-    return Record(means, edges, *noise, _contacts(objective, settings, turned), moduli)
+    return Record(means, edges, *noise, _contacts(objective, settings, turned), tuple(model.moduli))
 
 
 def _objective(

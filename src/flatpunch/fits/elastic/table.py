@@ -37,8 +37,8 @@ _MARGIN = 4
 _TABULATED = 2
 """Coordinates of a table at most; with more, six knots along each cost more solutions than a fit has steps."""
 
-_SHIFT = 1e-3
-"""Change of a coordinate, in distances of knots, for its derivative where nothing is tabulated over it; it errs by as much."""
+_SHIFT = 2.5e-4
+"""Change of a coordinate for its derivative where nothing is tabulated over it; it errs by as much."""
 
 KNOTS = 6
 """Points across each coordinate that are interpolated; with four the force is off by 1e-5 of its largest, with eight by 1e-8."""
@@ -133,7 +133,7 @@ class Table:
     _window: Window = (0, -1)
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
     _pieces: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
-    _limits: dict[tuple[int, ...], float] = field(default_factory=dict)
+    _limits: dict[tuple[float, ...], float] = field(default_factory=dict)
     _stacks: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
     _last: tuple[tuple[float, ...], Piecewise] | None = None
     _count: int = 0
@@ -206,13 +206,15 @@ class Table:
 
     def highest(self, q: Sequence[float]) -> float:
         """Where the table must end, at the knot next to q, with a little to spare."""
+        if not self.tabulated:
+            return self._end(tuple(q))
         return self._end(tuple(round((v - c.offset) / c.step) for c, v in zip(self.coordinates, q, strict=True)))
 
-    def _end(self, index: tuple[int, ...]) -> float:
-        """Where the table must end at a knot."""
-        if index not in self._limits:
-            self._limits[index] = self.limit(self._values(index)) + 2 * STEP
-        return self._limits[index]
+    def _end(self, place: tuple[float, ...]) -> float:
+        """Where the table must end at a knot, or at coordinates without knots."""
+        if place not in self._limits:
+            self._limits[place] = self.limit(self._values(place) if self.tabulated else place) + 2 * STEP
+        return self._limits[place]
 
     @cached_property
     def _grid(self) -> Array:
@@ -223,7 +225,7 @@ class Table:
         ]
         return np.array(rows, dtype=float).reshape(-1, 4).T
 
-    def _values(self, index: tuple[int, ...]) -> tuple[float, ...]:
+    def _values(self, index: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
 
     def _combined(self, q: Sequence[float], window: Window) -> Array:
@@ -240,7 +242,7 @@ class Table:
     @property
     def tabulated(self) -> bool:
         """Whether there is a table over the coordinates; otherwise each is solved where it is asked for."""
-        return len(self.coordinates) <= _TABULATED
+        return len(self.coordinates) <= _TABULATED and all(c.tabulated for c in self.coordinates)
 
     def _solved(self, q: Sequence[float], window: Window) -> Array:
         """Splines without knots; derivatives by the coordinates from differences, taken anew beyond the distance of knots."""
@@ -250,11 +252,21 @@ class Table:
             for j, c in enumerate(self.coordinates):
                 # away from a limit of the coordinate
                 inwards = -1.0 if c.highest is not None and q[j] + c.step > c.offset + c.step * c.highest else 1.0
-                shift = inwards * _SHIFT * c.step
-                moved = tuple(value + shift * (i == j) for i, value in enumerate(q))
-                rows.append((self._spline(moved, window) - here) / shift)
+                rows.append(self._slope(q, j, inwards * _SHIFT, here, window))
             self._slopes = (window, np.array(q), np.array(rows))
         return np.concatenate([here[None], self._slopes[2]])
+
+    def _slope(self, q: Sequence[float], j: int, shift: float, here: Array, window: Window) -> Array:
+        """Derivative of splines by a coordinate, from the side on which there is such a problem."""
+
+        def towards(step: float) -> Array:
+            moved = tuple(value + step * (i == j) for i, value in enumerate(q))
+            return np.asarray((self._spline(moved, window) - here) / step)
+
+        try:
+            return towards(shift)
+        except ValueError:
+            return towards(-shift)
 
     def _widened(self, highest: float) -> Window:
         """The window grown in thirds of a decade, so that neighbouring curves share it."""

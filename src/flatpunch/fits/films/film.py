@@ -10,7 +10,7 @@ series. The film's modulus, and whatever else is free, is fitted over all depths
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from flatpunch._support.checks import Array
+from flatpunch._support.numbers import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.fits.films.oliver_pharr import OliverPharr, Tip, analysed, oliver_pharr
@@ -27,14 +28,15 @@ from flatpunch.fits.half_space.correction import punch_modulus
 from flatpunch.fits.half_space.formulas import equivalents, layer_on_top
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
-from flatpunch.fits.parameters.scaling import external, internal, replaced, slope, value_of
+from flatpunch.fits.parameters.numbers import BESIDE, FRAME, Scale, check_names, ends, numbers_in
 from flatpunch.fits.report.quantities import unit_of
 from flatpunch.fits.report.table import LEVEL, Estimate, Row, Rows, Tabled, rows_of
 from flatpunch.media import Body, Stack
 from flatpunch.media.material import young_and_poisson
+from flatpunch.media.paths import with_values
 
-_FRAME, _UNIT = "frame", 1e-9
-"""Compliance of the load frame, and the unit in which it is fitted [m/N]."""
+_UNIT = 1e-9
+"""Unit in which the compliance of the load frame is fitted [m/N]."""
 _WIDE = float(np.log(1e6))
 """Largest change of the logarithm of a parameter, a factor of a million; also of the frame in millions of its unit."""
 _BESIDE = 5.0
@@ -102,9 +104,14 @@ class FilmResult(Tabled):
         """Best value, SI."""
         return self.estimates[name].value
 
+    @property
+    def numbers(self) -> Mapping[str, Place]:
+        """Declarations of the parameters, by name."""
+        return {**numbers_in(self.case, None), **BESIDE}
+
     def _line_(self) -> str:
         """The fitted values."""
-        found = ", ".join(f"{name}={text(e.value, unit_of(name))}" for name, e in self.estimates.items())
+        found = ", ".join(f"{name}={text(e.value, unit_of(self.numbers[name]))}" for name, e in self.estimates.items())
         return f"FilmResult({found}, {self.points.depth.size} points, misfit {self.misfit:.2%})"
 
     def table(self) -> Rows:
@@ -112,7 +119,7 @@ class FilmResult(Tabled):
         others = [Row(n, Estimate(young, np.nan), "Pa", f"misfit {m:.2%}") for n, (young, m) in self.others.items()]
         title = f"{self.name}: {self.points.depth.size} points, misfit of the stiffness {self.misfit:.2%}"
         notes = (*([str(self.rule)] if self.rule else []), *self.notes)
-        return Rows(title, (*rows_of(self.estimates), *others), notes=notes)
+        return Rows(title, (*rows_of(self.estimates, self.numbers), *others), notes=notes)
 
 
 @dataclass(frozen=True, slots=True)
@@ -248,13 +255,15 @@ def fit_film(
     def points(frame: float) -> OliverPharr:
         return analysed(curve, tip, max(frame, 0.0)).taken(inside)
 
-    def outside(name: str, x: float) -> float:
-        return frame + _UNIT * x if name == _FRAME else external(name, x)
+    known = numbers_in(sample, None)
+    known[FRAME] = BESIDE[FRAME]
+    check_names(names, known)
+    scales = [Scale("plain", frame, _UNIT) if n == FRAME else Scale.of(known[n]) for n in names]
 
     def described(x: Array) -> tuple[Body, OliverPharr]:
-        found = {name: outside(name, float(v)) for name, v in zip(names, x, strict=True)}
-        here = points(found.pop(_FRAME, frame))
-        return replaced(sample, None, found)[0], here
+        found = {name: float(scale.external(v)) for name, scale, v in zip(names, scales, x, strict=True)}
+        here = points(found.pop(FRAME, frame))
+        return with_values(sample, None, found)[0], here
 
     def residual(x: Array) -> Array:
         medium, here = described(x)
@@ -267,19 +276,17 @@ def fit_film(
             f"{curve.name}: {count} points with a stiffness between {text(float(depths[0]), 'm')} and "
             f"{text(float(depths[1]), 'm')}; {len(names) + 3} are needed. Widen the range of depths, or fit fewer values."
         )
-    start = np.array([0.0 if n == _FRAME else internal(n, value_of(sample, None, n)) for n in names])
-    wide = np.array([_WIDE * (1e6 if n == _FRAME else 1.0) for n in names])
-    upper = np.array([0.5 if n.endswith("poisson") else v for n, v in zip(names, start + wide, strict=True)])
-    found, spread = least_squares_fit(residual, start, (start - wide, upper), count)
+    start = np.array([0.0 if n == FRAME else s.internal(known[n].value) for n, s in zip(names, scales, strict=True)])
+    wide = np.array([_WIDE * (1e6 if n == FRAME else 1.0) for n in names])
+    lower, upper = np.array([(-np.inf, np.inf) if n == FRAME else ends(known[n]) for n in names]).T
+    limits = np.maximum(start - wide, lower), np.minimum(start + wide, upper)
+    found, spread = least_squares_fit(residual, start, limits, count)
     medium, here = described(found.x)
     here = here.taken(np.isfinite(here.radius))
     reach, estimates = float(ndtri((1 + LEVEL) / 2)), {}
-    for name, x, error in zip(names, found.x, np.sqrt(np.diag(spread)), strict=True):
-        value = outside(name, x)
-        unit = _UNIT if name == _FRAME else abs(slope(name, value))
-        estimates[name] = Estimate(
-            value, unit * error, outside(name, x - reach * error), outside(name, x + reach * error)
-        )
+    for name, scale, x, error in zip(names, scales, found.x, np.sqrt(np.diag(spread)), strict=True):
+        value, low, high = map(float, scale.external(x + reach * error * np.array([0, -1, 1])))
+        estimates[name] = Estimate(value, abs(float(scale.slope(x))) * error, low, high)
     others: dict[str, tuple[float, float]] = {}
     rule = None
     # the rule and the published formulas are about one isotropic film on a half-space

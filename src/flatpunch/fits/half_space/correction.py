@@ -37,13 +37,13 @@ from flatpunch.fits.half_space.formulas import (
     half_space_models,
     layer_on_top,
 )
-from flatpunch.fits.parameters.scaling import replaced
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled
 from flatpunch.indenters import AreaFunction
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Stack
 from flatpunch.media.material import POISSON, young_and_poisson
+from flatpunch.media.paths import with_values
 from flatpunch.punch.family import punch_family
 
 if TYPE_CHECKING:
@@ -222,7 +222,7 @@ def correct(
         laws, limits = _by_area(medium, indenter, along)
     else:
         weight = half_space_model(indenter, model)(along) ** 2
-        laws, limits = _by_force(replaced(medium, None, {_TOP: reported})[0], indenter, along, model, method)
+        laws, limits = _by_force(with_values(medium, None, {_TOP: reported})[0], indenter, along, model, method)
     if over == "depth":
         weight = np.append(np.zeros(_POINTS - 1), 1.0)
     weight, target = weight / weight.sum(), reported / (1 - nu**2)
@@ -263,14 +263,14 @@ def _by_force(
     laws: _Laws = {_EXACT: (lambda young: exact.force(along, {_TOP: young}) / unit, "")}
     for law in formulas(medium, indenter):
         laws[law.name] = (partial(_over, law, along, unit), law.remark)
-    return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young})[1].splitlines())
+    return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young}).notes.splitlines())
 
 
 def _by_area(medium: Stack, indenter: Indenter, along: Array) -> tuple[_Laws, _Limits]:
     """Oliver and Pharr: plane-strain moduli of the half-space with the same stiffness at each contact depth; what is assumed."""
     radius, top = section_radius(indenter, along), layer_on_top(medium)[1]
     x, star = radius / top.thickness, 1 / (1 - young_and_poisson(top)[1] ** 2)
-    laws: _Laws = {_EXACT: (lambda young: punch_modulus(replaced(medium, None, {_TOP: young})[0], radius), "")}
+    laws: _Laws = {_EXACT: (lambda young: punch_modulus(with_values(medium, None, {_TOP: young})[0], radius), "")}
     if len(medium.layers) == 1 and medium.base.isotropic:
         for name, law in equivalents(medium).items():
             laws[name] = (partial(_plane_strain, law, x, star), "")

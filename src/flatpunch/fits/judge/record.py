@@ -24,7 +24,7 @@ from flatpunch.fits.judge.readings import SHARE, over_line
 from flatpunch.fits.least_squares.minimum import Minimum, minimise
 from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.measured.signal import ROUNDED
-from flatpunch.fits.parameters.unknowns import NUISANCE
+from flatpunch.fits.parameters.numbers import NUISANCE
 
 _EXACT = 1e-7
 """Share of the range of the force to which models are computed: data without noise have this error."""

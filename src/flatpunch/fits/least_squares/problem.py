@@ -12,14 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Flags, Indices, real
+from flatpunch._support.numbers import Place
 from flatpunch.fits.least_squares.minimum import Minimum
 from flatpunch.fits.measured.curve import Curve, CurveError
-from flatpunch.fits.parameters.scaling import OF, external, kind, plain_limits
+from flatpunch.fits.parameters.numbers import OF, Scale
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Unknowns
 
@@ -183,22 +185,23 @@ class Problem:
         setups = [setup if setup.coarse is None else replace(setup, objective=setup.coarse) for setup in self.setups]
         return replace(self, setups=tuple(setups))
 
-    def scales(self) -> dict[str, tuple[float, float]]:
-        """Offsets and units of contact and background of each curve, SI."""
-        found: dict[str, tuple[float, float]] = {}
-        for part, places in zip(self.parts, self.places, strict=True):
-            scales = part.scales()
-            found |= {self.names[j]: scales[n] for j, n in zip(places, part.names, strict=True) if n in scales}
-        return found
+    @cached_property
+    def numbers(self) -> dict[str, Place]:
+        """Records of all entries of x, by name; the paths of those of one curve of several have its name as well."""
+        found = [(place, part.numbers) for part, place in zip(self.parts, self.places, strict=True)]
+        known = {j: each for place, own in found for j, each in zip(place, own.values(), strict=True)}
+        return {name: known[j]._replace(path=name) for j, name in enumerate(self.names)}
+
+    @cached_property
+    def scales(self) -> dict[str, Scale]:
+        """How all entries of x follow from their internal values, by name."""
+        found = [(place, part.scales()) for part, place in zip(self.parts, self.places, strict=True)]
+        known = {j: each for place, own in found for j, each in zip(place, own.values(), strict=True)}
+        return {name: known[j] for j, name in enumerate(self.names)}
 
     def external(self, j: int, x: Array) -> Array:
         """Internal values x of parameter j in SI, infinite ones included."""
-        name, scales = self.names[j], self.scales()
-        if name in scales:
-            offset, unit = scales[name]
-            return np.asarray(offset + unit * x)
-        with np.errstate(over="ignore"):
-            return np.array([external(name, v) if np.isfinite(v) else _end(name, v) for v in x])
+        return np.asarray(self.scales[self.names[j]].external(np.asarray(x)))
 
     def evaluate(self, x: Array) -> tuple[Array, Array]:
         """Residuals, shape (n,), and derivatives, shape (parameters, n)."""
@@ -218,10 +221,3 @@ class Problem:
         """The minimum with residuals and normal matrix of this problem."""
         residual, jacobian = self.evaluate(found.x)
         return replace(found, residual=residual, normal=jacobian @ jacobian.T)
-
-
-def _end(name: str, value: float) -> float:
-    """External value at an infinite internal one."""
-    if value > 0:
-        return float(np.pi / 2) if kind(name) == "inclination" else float("inf")
-    return float("-inf") if plain_limits(name) else 0.0

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from flatpunch._support.checks import BadValue, positive, shown
+from flatpunch._support.numbers import numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.viscoelastic import check_medium
-from flatpunch.fits.parameters.scaling import parameter_names, replaced, value_of
+from flatpunch.fits.parameters.numbers import BESIDE, WORK, Numbers, check_names, numbers_in
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
-
-WORK = "work_of_adhesion"
+from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
 
 
 @readable
@@ -91,31 +91,18 @@ class Sample:
                 )
             check_medium(self.medium)
 
-    @property
-    def names(self) -> list[str]:
-        """Names of all parameters that can be fitted."""
-        names = parameter_names(self.medium, self.indenter)
+    @cached_property
+    def numbers(self) -> Numbers:
+        """All numbers that can be fitted, by name."""
+        found = numbers_in(self.medium, self.indenter)
         if self.work_of_adhesion is not None:
-            names.append(WORK)
-        return names + [f"relaxation.{name}" for name in self._relaxing()]
+            found[WORK] = BESIDE[WORK]._replace(value=self.work_of_adhesion)
+        found.update((each.path, each) for each in numbers_of(self.relaxation, "relaxation"))
+        return found
 
-    def _relaxing(self) -> list[str]:
-        law = self.relaxation
-        if isinstance(law, StandardLinearSolid):
-            return ["equilibrium", "time"]
-        if isinstance(law, PowerLawRelaxation):
-            # `time` is the one at which the modulus is that of the medium: a convention, and no second unknown
-            return ["exponent"]
-        if isinstance(law, Prony):
-            return [f"{what}[{i}]" for i in range(len(law.weights)) for what in ("weights", "times")]
-        return []
-
-    def check(self, name: str) -> None:
-        """Refuse a name that is no parameter."""
-        if name not in self.names:
-            raise ValueError(
-                f"free parameter {shown(name)} is not part of this case; it has {', '.join(self.names)}.{self._advice(name)}"
-            )
+    def check(self, names: Iterable[str]) -> None:
+        """Refuse names that are no parameters, and a group of moduli beside one of them."""
+        check_names(names, self.numbers, self._advice)
 
     def _advice(self, name: str) -> str:
         if name == WORK:
@@ -126,20 +113,15 @@ class Sample:
 
     def value(self, name: str) -> float:
         """Value of a parameter, SI."""
-        self.check(name)
-        if name == WORK:
-            return float(self.work_of_adhesion or 0.0)
-        if name.startswith("relaxation."):
-            return _law_value(self.relaxation, name)
-        return value_of(self.medium, self.indenter, name)
+        self.check([name])
+        return self.numbers[name].value
 
     def replaced(self, values: Mapping[str, float]) -> Sample:
         """Return the sample with some parameters replaced."""
-        for name in values:
-            self.check(name)
-        elastic = {n: v for n, v in values.items() if n != WORK and not n.startswith("relaxation.")}
-        medium, indenter = replaced(self.medium, self.indenter, elastic)
+        self.check(values)
         law = {n: v for n, v in values.items() if n.startswith("relaxation.")}
+        elastic = {n: v for n, v in values.items() if n != WORK and n not in law}
+        medium, indenter = paths.with_values(self.medium, self.indenter, elastic)
         return replace(
             self,
             medium=medium,
@@ -153,12 +135,6 @@ def normalised(law: Prony) -> bool:
     """Whether the modulus of the medium is the instantaneous one, as it is unless another equilibrium was given."""
     # decimal weights add up to one to rounding only
     return abs(sum(law.weights) + law.equilibrium - 1) < 1e-9
-
-
-def _law_value(law: object, name: str) -> float:
-    attribute, _, index = name.removeprefix("relaxation.").partition("[")
-    found = getattr(law, attribute)
-    return float(found[int(index[:-1])] if index else found)
 
 
 def law_with(law: Any, values: Mapping[str, float]) -> Relaxation:

@@ -13,25 +13,19 @@ fixed ones where there are any, so that there are no more q than free parameters
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
 
-from flatpunch._support.checks import shown
-from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
+from flatpunch._support.numbers import Place, numbers_of
+from flatpunch.fits.parameters.numbers import Numbers, Scale, numbers_in, smooth
+from flatpunch.indenters import Cone, Paraboloid, Pyramid
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import (
-    Body,
-    Stack,
-    paths,
-)
-
-M = TypeVar("M", bound=Body)
-T = TypeVar("T", bound=Indenter | None)
+from flatpunch.media import Body, paths
 
 MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
+_NEAR = 0.05
+"""Change of a number that is not tabulated, in its internal form, up to which derivatives are kept."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +42,8 @@ class Coordinate:
         Knots.
     lowest, highest : int or None
         Smallest and largest knot, where the coordinate ends.
+    tabulated : bool
+        Whether the force is smooth over it; otherwise each value is solved.
     """
 
     name: str
@@ -56,10 +52,14 @@ class Coordinate:
     offset: float = 0.0
     highest: int | None = None
     lowest: int | None = None
+    tabulated: bool = True
 
 
 def parameter_names(medium: Body, indenter: Indenter | None) -> list[str]:
     """Names of all parameters of a medium and an indenter that can be fitted.
+
+    They are those of `flatpunch.sensitivity`, and the moduli of a material at their ratios as one number: "layers[0].young" of a
+    layer that is transversely isotropic, "layers[0].surface_modulus" of a graded one.
 
     See Also
     --------
@@ -73,105 +73,7 @@ def parameter_names(medium: Body, indenter: Indenter | None) -> list[str]:
     >>> print(parameter_names(gel, fp.Sphere(radius=5e-6)))
     ['layers[0].young', 'layers[0].poisson', 'layers[0].thickness', 'indenter.radius']
     """
-    names = []
-    for prefix, body in _bodies(medium).items():
-        for i, layer in enumerate(body.layers):
-            if layer.isotropic and "young" in layer.numbers:
-                names += [f"{prefix}layers[{i}].{attribute}" for attribute in (*layer.numbers, "thickness")]
-            elif not layer.varies:
-                # all moduli at their ratios: more is not in a curve
-                names += [f"{prefix}layers[{i}].{attribute}" for attribute in ("young", "thickness")]
-            else:
-                # the law of depth keeps its shape
-                names.append(f"{prefix}layers[{i}].surface_modulus")
-            springs = (("normal", layer.face.normal), ("shear", layer.face.shear))
-            names += [f"{prefix}layers[{i}].bonded.{kind}" for kind, value in springs if value]
-        if body.base.isotropic and "young" in body.base.numbers:
-            names += [f"{prefix}base.{attribute}" for attribute in body.base.numbers]
-        elif body.base.isotropic or body.base.anisotropic:
-            names.append(f"{prefix}base.young")
-    if isinstance(indenter, (Paraboloid, Sphere, Cylinder)):
-        names.append("indenter.radius")
-    if isinstance(indenter, (Cone, Pyramid)):
-        names.append("indenter.inclination")
-    return names
-
-
-def _bodies(medium: Body) -> dict[str, Stack]:
-    """The bodies of a medium by what their names begin with."""
-    if not (medium.single or medium.pair):
-        return {}
-    return {f"{name}." if name else "": body for name, body in medium.sides}
-
-
-def value_of(medium: Body, indenter: Indenter | None, name: str) -> float:
-    """Value of a named parameter, SI."""
-    _check(medium, indenter, (name,))
-    return paths.value_of(medium, indenter, name)
-
-
-def replaced(medium: M, indenter: T, values: Mapping[str, float]) -> tuple[M, T]:
-    """Medium and indenter with some parameters replaced."""
-    _check(medium, indenter, values)
-    return paths.with_values(medium, indenter, values)
-
-
-def _check(medium: Body, indenter: Indenter | None, names: Iterable[str]) -> None:
-    """Refuse names that are no parameters of this case."""
-    known = parameter_names(medium, indenter)
-    for name in names:
-        if name not in known:
-            raise ValueError(f"free parameter {shown(name)} is not part of this case; it has {', '.join(known)}.")
-
-
-_PLAIN = {
-    "poisson": (-0.99, 0.5),
-    "equilibrium": (0.0, 1 - 1e-6),
-    "exponent": (1e-3, 1 - 1e-3),
-    "weights": (1e-6, 1e3),
-}
-"""Parameters that are fitted as they are, and between which limits; of all others the logarithm is."""
-
-
-MODULI = ("young", "surface_modulus")
-"""Ends of the names of moduli."""
-
-_SPRINGS = (".normal", ".shear")
-"""Ends of the names of interface stiffnesses."""
-
-OF = " @ "
-"""Between the name of a parameter and that of the one curve that it belongs to."""
-
-
-def kind(name: str) -> str:
-    """What sort of parameter a name is: "young", "radius", "weights", ..."""
-    return name.partition(OF)[0].split(".")[-1].split("[")[0]
-
-
-def plain_limits(name: str) -> tuple[float, float] | None:
-    """Limits of a parameter that is fitted as it is; None for those of which the logarithm is."""
-    return _PLAIN.get(kind(name))
-
-
-def internal(name: str, value: float) -> float:
-    """Value in which scaling is linear: logarithm, logarithm of the slope for angles, numbers without unit as they are."""
-    if kind(name) in _PLAIN:
-        return value
-    return math.log(math.tan(value)) if kind(name) == "inclination" else math.log(value)
-
-
-def external(name: str, value: float) -> float:
-    """Inverse of `internal`."""
-    if kind(name) in _PLAIN:
-        return value
-    return math.atan(math.exp(value)) if kind(name) == "inclination" else math.exp(value)
-
-
-def slope(name: str, value: float) -> float:
-    """Derivative of the external over the internal value, at the external `value`."""
-    if kind(name) in _PLAIN:
-        return 1.0
-    return math.sin(2 * value) / 2 if kind(name) == "inclination" else value
+    return list(numbers_in(medium, indenter))
 
 
 @dataclass(frozen=True)
@@ -186,67 +88,77 @@ class Scaling:
         The numbers q that change with the free parameters.
     modulus, length : str or None
         Parameters that serve as units.
-    tip : str or None
-        Slope or curvature of the tip, if it serves as a unit.
+    numbers : mapping
+        Records of all parameters.
+    units : mapping
+        For each number that scales, the unit in which it is measured: a product of powers of parameters.
     """
 
     medium: Body
     indenter: Indenter
+    numbers: Mapping[str, Place]
     force: Mapping[str, float]
     depth: Mapping[str, float]
     coordinates: tuple[Coordinate, ...]
     modulus: str | None
     length: str | None
-    tip: str | None
+    units: Mapping[str, Mapping[str, float]]
+
+    @property
+    def knots(self) -> dict[str, tuple[float, float]]:
+        """Internal values of numbers between which there are knots, where these end."""
+        return {
+            c.name: (c.offset + c.step * c.lowest, c.offset + c.step * c.highest)
+            for c in self.coordinates
+            if c.lowest is not None and c.highest is not None
+        }
 
     def problem(self, q: Sequence[float]) -> tuple[Body, Indenter]:
         """Medium and indenter of unit modulus, unit length and unit slope (as far as they scale) at coordinates q."""
-        u = {name: internal(name, value_of(self.medium, self.indenter, name)) for name in self._all()}
+        names = {*self.units, *(next(iter(c.weights)) for c in self.coordinates)}
+        scales = {name: Scale.of(self.numbers[name]) for name in names}
+        u = {name: scale.internal(self.numbers[name].value) for name, scale in scales.items()}
         # the reference quantities keep their values here; q fixes the others relative to them
         for coordinate, value in zip(self.coordinates, q, strict=True):
             target = next(iter(coordinate.weights))
             rest = sum(f * u[name] for name, f in coordinate.weights.items() if name != target)
             u[target] = (value - rest) / coordinate.weights[target]
-        shift = self._units(u)
-        values = {name: external(name, u[name] - shift[name]) for name in self._all()}
-        return replaced(self.medium, self.indenter, values)
-
-    def _all(self) -> list[str]:
-        return parameter_names(self.medium, self.indenter)
-
-    def _units(self, u: Mapping[str, float]) -> dict[str, float]:
-        """Internal value of the unit in which each parameter is measured."""
-        shift = dict.fromkeys(self._all(), 0.0)
-        for name in shift:
-            if name.endswith(MODULI) and self.modulus:
-                shift[name] = u[self.modulus]
-            elif name.endswith(_SPRINGS):
-                shift[name] = (u[self.modulus] if self.modulus else 0.0) - (u[self.length] if self.length else 0.0)
-            elif name == self.tip:
-                # slope and curvature are units of their own
-                shift[name] = u[name]
-            elif name.endswith(("thickness", "radius")) and self.length:
-                shift[name] = u[self.length]
-        return shift
+        values = {
+            name: scale.external(u[name] - sum(f * u[unit] for unit, f in self.units.get(name, {}).items()))
+            for name, scale in scales.items()
+        }
+        return paths.with_values(self.medium, self.indenter, values)
 
 
-def scaling(medium: Body, indenter: Indenter, free: Sequence[str], *, large: bool = False) -> Scaling:
+def scaling(
+    medium: Body,
+    indenter: Indenter,
+    free: Sequence[str],
+    *,
+    large: bool = False,
+    numbers: Numbers | None = None,
+) -> Scaling:
     """Work out how the force depends on the free parameters; at large strains it is not in proportion to a cone's slope.
 
     Media that are not made of homogeneous layers and tips without a size of their own do not scale; then the free parameters
     are coordinates themselves.
     """
-    _check(medium, indenter, free)
-    names = parameter_names(medium, indenter)
-    moduli_scale, homogeneous = not medium.power_law, not medium.varies
-    power = indenter.exponent is not None
-    lengths_scale = homogeneous and (power or indenter.flat or isinstance(indenter, Sphere))
-    moduli = [name for name in names if name.endswith(MODULI)]
-    lengths = [name for name in names if name.endswith("thickness")]
-    tip = next((name for name in names if name.startswith("indenter")), None)
-    if tip and not power:
+    numbers = numbers_in(medium, indenter) if numbers is None else numbers
+    kept = _one_modulus_each(numbers, free)
+    moduli, lengths, ratios, springs = (
+        [name for name in kept if numbers[name].number.unit == unit] for unit in ("Pa", "m", "", "Pa/m")
+    )
+    tip = _only_number(numbers, indenter)
+    unit_tip = tip if indenter.exponent is not None and not large and _in_proportion(indenter) else None
+    if tip and indenter.exponent is None and numbers[tip].number.unit == "m":
         lengths.append(tip)
-    unit_tip = tip if power and not large else None
+    known = {*moduli, *lengths, *ratios, *springs, unit_tip}
+    exact = [numbers[name] for name in free if name not in known]
+    sized = indenter.exponent is not None or tip in lengths
+    of_tip = [each for each in exact if each.path.startswith("indenter.")]
+    lengths_scale = sized and not medium.varies and not of_tip
+    # a number of a material with several moduli moves them against each other
+    moduli_scale = not medium.power_law and len(of_tip) == len(exact)
     modulus = _unit(moduli, free) if moduli_scale else None
     length = _unit(lengths, free) if lengths_scale else None
     force: dict[str, float] = {}
@@ -258,17 +170,41 @@ def scaling(medium: Body, indenter: Indenter, free: Sequence[str], *, large: boo
         depth[length], force[length] = n, n + 1.0
     if unit_tip:
         # curvature 1/R of a paraboloid, tan of an inclination
-        depth[unit_tip] = force[unit_tip] = -1.0 if unit_tip.endswith("radius") else 1.0
+        depth[unit_tip] = force[unit_tip] = -1.0 if numbers[unit_tip].number.unit == "m" else 1.0
+    # springs scale like a modulus over a length
+    stiff = {**({modulus: 1.0} if modulus else {}), **({length: -1.0} if length else {})}
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
     # knot of the Poisson ratio -0.99, below which no isotropic body is stable
+    coordinates += [Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, -149) for name in ratios]
     coordinates += [
-        Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, -149) for name in names if name.endswith("poisson")
+        Coordinate(name, {name: 1.0, **{u: -f for u, f in stiff.items()}}, MODULUS_STEP) for name in springs
     ]
-    # springs scale like a modulus over a length
-    units = {**({modulus: -1.0} if modulus else {}), **({length: 1.0} if length else {})}
-    coordinates += [Coordinate(name, {name: 1.0, **units}, MODULUS_STEP) for name in names if name.endswith(_SPRINGS)]
-    moving = tuple(c for c in coordinates if any(name in free for name in c.weights))
-    return Scaling(medium, indenter, force, depth, moving, modulus, length, unit_tip)
+    moving = [c for c in coordinates if any(name in free for name in c.weights)]
+    moving += [Coordinate(n.path, {n.path: 1.0}, _NEAR, Scale.of(n).internal(n.value), tabulated=False) for n in exact]
+    units: dict[str, dict[str, float]] = {name: {modulus: 1.0} for name in moduli if modulus}
+    units |= {name: {length: 1.0} for name in lengths if length} | dict.fromkeys(springs, stiff)
+    units |= {unit_tip: {unit_tip: 1.0}} if unit_tip else {}
+    return Scaling(medium, indenter, numbers, force, depth, tuple(moving), modulus, length, units)
+
+
+def _one_modulus_each(numbers: Numbers, free: Sequence[str]) -> list[str]:
+    """Numbers of the medium in which the force is smooth, with one modulus for each material: the group where it is free."""
+    found = [name for name, each in numbers.items() if name not in numbers.members and smooth(each)]
+    for group, inside in numbers.members.items():
+        if group in free or not any(member in found for member in inside):
+            found = [group, *(name for name in found if name not in inside)]
+    return found
+
+
+def _only_number(numbers: Mapping[str, Place], indenter: Indenter) -> str | None:
+    """The number of a tip that has one alone."""
+    found = [each.path for each in numbers_of(indenter, "indenter")]
+    return found[0] if len(found) == 1 and found[0] in numbers else None
+
+
+def _in_proportion(indenter: Indenter) -> bool:
+    """Whether heights are in proportion to the curvature or the slope that is the tip's number."""
+    return isinstance(indenter, (Paraboloid, Cone, Pyramid))
 
 
 def _unit(names: Sequence[str], free: Sequence[str]) -> str | None:

@@ -14,7 +14,7 @@ from flatpunch.contact import Method, MethodName, method_of
 from flatpunch.contact.physics import NEO_HOOKEAN, FiniteStrain
 from flatpunch.fits.measured.orientation import Direction
 from flatpunch.fits.measured.signal import Adhesion
-from flatpunch.fits.parameters.unknowns import NUISANCE
+from flatpunch.fits.parameters.numbers import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Baseline = Literal["auto", "constant", "linear", "none"]
@@ -77,8 +77,8 @@ class Free:
         for name in ("start", "minimum", "maximum"):
             given = getattr(self, name)
             # limits may be infinite, which is none
-            if given is not None and not (name != "start" and isinstance(given, float) and math.isinf(given)):
-                object.__setattr__(self, name, real(f"Free.{name}", given))
+            none = given is None or (name != "start" and isinstance(given, float) and math.isinf(given))
+            object.__setattr__(self, name, None if none else real(f"Free.{name}", given))
 
 
 FreeNames = Iterable[str] | Mapping[str, Free | float | tuple[float | None, float | None] | None]

@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.numbers import Place
 from flatpunch.fits.measured.curve import Curve
-
-NUISANCE = ("contact", "baseline", "tilt", "drag")
+from flatpunch.fits.parameters.numbers import BESIDE, Scale
 
 
 class Frame(NamedTuple):
@@ -132,10 +132,17 @@ class Unknowns(ABC):
         """Offset and unit of contact and of the coefficients of the background in x, SI."""
         return self._units
 
-    def scales(self) -> dict[str, tuple[float, float]]:
-        """The same for reports: the contact point has the sign of the file."""
+    @property
+    def numbers(self) -> dict[str, Place]:
+        """Records of all entries of x, by name."""
+        known = {**self.model.numbers, **BESIDE}
+        return {name: known[name] for name in self.names}
+
+    def scales(self) -> dict[str, Scale]:
+        """How all of x reads in reports: the contact point has the sign of the file."""
         offset, unit = self._units["contact"]
-        return {**self._units, "contact": (self.turned * offset, self.turned * unit)}
+        units = {**self._units, "contact": (self.turned * offset, self.turned * unit)}
+        return {**self.model.scales, **{name: Scale("plain", *units[name]) for name in self.nuisance}}
 
     def split(self, x: Array) -> tuple[Array, dict[str, float]]:
         """Free parameters (internal) and all of contact and background in SI."""

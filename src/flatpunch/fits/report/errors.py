@@ -20,9 +20,9 @@ from flatpunch.fits.least_squares.minimum import (
 )
 from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.signal import converter_step, independent
-from flatpunch.fits.parameters.scaling import MODULI, external, slope
+from flatpunch.fits.parameters.numbers import NUISANCE
 from flatpunch.fits.parameters.settings import Settings
-from flatpunch.fits.parameters.unknowns import NUISANCE, Unknowns
+from flatpunch.fits.parameters.unknowns import Unknowns
 from flatpunch.fits.report.findings import about_contact, tilt_note
 from flatpunch.fits.report.likelihood import by_profile
 from flatpunch.fits.report.result import FitResult
@@ -65,19 +65,14 @@ def about_curve(result: FitResult, shared: Sequence[str] = ()) -> tuple[str, ...
 def _estimated(problem: Problem, found: Minimum, spread: Array, level: float) -> dict[str, Estimate]:
     """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
     reach = half_width(level, max(found.residual.size - found.x.size, 1)) * np.sqrt(np.diag(spread))
-    (lower, upper), scales, estimates = problem.bounds, problem.scales(), {}
-    for j, name in enumerate(problem.names):
-        x, error = float(found.x[j]), float(np.sqrt(spread[j, j]))
-        bound = bool(found.at_bound[j])
-        if name in scales:
-            offset, unit = scales[name]
-            low, high = sorted(float(offset + unit * (x + s * reach[j])) for s in (-1, 1))
-            estimates[name] = Estimate(offset + unit * x, abs(unit) * error, low, high, at_bound=bound)
-        else:
-            value = external(name, x)
-            low, high = (external(name, float(np.clip(x + s * reach[j], lower[j], upper[j]))) for s in (-1, 1))
-            start = external(name, float(problem.start[j]))
-            estimates[name] = Estimate(value, error * abs(slope(name, value)), low, high, start, bound)
+    (lower, upper), estimates = problem.bounds, {}
+    for j, (name, scale) in enumerate(problem.scales.items()):
+        x, error, free = float(found.x[j]), float(np.sqrt(spread[j, j])), name in problem.free
+        ends = x + reach[j] * np.array([-1, 1])
+        low, high = sorted(map(float, scale.external(np.clip(ends, lower[j], upper[j]) if free else ends)))
+        start = float(scale.external(problem.start[j])) if free else np.nan
+        stderr = error * abs(float(scale.slope(x)))
+        estimates[name] = Estimate(float(scale.external(x)), stderr, low, high, start, bool(found.at_bound[j]))
     return estimates
 
 
@@ -208,7 +203,9 @@ def _about_tilt(setup: Setup, result: FitResult, shared: Sequence[str]) -> tuple
         place = objective.names.index("tilt")
         x, lower, upper = (np.insert(v, place, e) for v, e in ((x, 0.0), (lower, -np.inf), (upper, np.inf)))
     flat = np.array([straight and name == "tilt" for name in objective.names])
-    held = flat | np.array([name in shared and not name.endswith(MODULI) for name in objective.names])
+    moduli = {objective.model.free[j] for j in objective.model.moduli}
+    held = flat | np.array([name in shared and name not in moduli for name in objective.names])
     other = minimise(objective.evaluate, np.where(flat, 0.0, x), lower, upper, fixed=held, settled=SOON).x
-    moved = {n: external(n, float(t)) for n, t in zip(objective.model.free, other, strict=False) if n.endswith(MODULI)}
+    values = objective.model.externals(other[: len(objective.model.free)])
+    moved = {name: value for name, value in values.items() if name in moduli}
     return tilt_note("constant" if straight else "linear", {n: (v, result.estimates[n]) for n, v in moved.items()})

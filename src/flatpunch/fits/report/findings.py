@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.prefixes import text
+from flatpunch.contact.curve import percent
 from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.fits.measured.signal import CLEAR, converter_step, noise_of, spread_of
 from flatpunch.fits.report.fitted import Fitted
@@ -36,10 +37,8 @@ FEW = 30
 
 def doubts(result: Fitted) -> tuple[str, ...]:
     """Reasons not to count a fit as one: a value on a limit, a contact outside the data, residuals far above the noise."""
-    counted = (*result.problem.free, "contact")
-    found = [
-        f"{label(name)} sits on its limit" for name, e in result.estimates.items() if e.at_bound and name in counted
-    ]
+    numbers = {name: each for name, each in result.problem.numbers.items() if name in (*result.problem.free, "contact")}
+    found = [f"{label(each)} sits on its limit" for name, each in numbers.items() if result.estimates[name].at_bound]
     if outside := contact_outside(result):
         found.append(outside)
     free = result.residual[result.used & (result.depth < 0)]
@@ -127,10 +126,10 @@ def judged(result: Fitted) -> tuple[str, ...]:
     if poorly := sorted(wide - {*together, *nothing}):
         hardly = "it" if len(poorly) == 1 else "them"
         notes.append(f"Poorly determined: {_intervals(result, poorly)}. The curve hardly depends on {hardly}.")
+    limited = [(result.problem.numbers[name], e) for name, e in result.estimates.items() if e.at_bound]
     notes += [
-        f"{name} = {text(e.value, unit_of(name))} sits on its limit; the other values hold for that limit."
-        for name, e in result.estimates.items()
-        if e.at_bound
+        f"{each.path} = {text(e.value, unit_of(each))} sits on its limit; the other values hold for that limit."
+        for each, e in limited
     ]
     notes += correlated(result.memory, result.minimum.residual.size)
     return (*notes, *(outliers(result.minimum.residual) if result.settings.loss == "linear" else ()))
@@ -141,7 +140,8 @@ def _fix(names: Sequence[str]) -> str:
 
 
 def _intervals(result: Fitted, names: Sequence[str]) -> str:
-    return ", ".join(f"{row.name} {row.interval}" for row in rows_of({name: result.estimates[name] for name in names}))
+    rows = rows_of({name: result.estimates[name] for name in names}, result.problem.numbers)
+    return ", ".join(f"{row.name} {row.interval}" for row in rows)
 
 
 def correlated(memory: float, size: int) -> tuple[str, ...]:
@@ -185,9 +185,9 @@ def tilt_note(other: str, moved: Mapping[str, tuple[float, Estimate]]) -> tuple[
 
 
 def limits_of_theory(result: Fitted) -> tuple[str, ...]:
-    """What the contact theory says about its own limits at the fitted values of one curve.
+    """What the contact theory says about its own limits at the fitted values of one curve, and whether its tables hold there.
 
-    Notes that take a cold solution are for fits that are not quick only.
+    Notes that take a cold solution for each curve are for fits that are not quick only.
     """
     model, deepest = result.objective.model, float(result.depth.max())
     medium, tip = result.case
@@ -201,15 +201,29 @@ def limits_of_theory(result: Fitted) -> tuple[str, ...]:
             f"The deepest point, {text(reached, 'm')}, is beyond the layers, {text(bottom, 'm')} thick on a rigid base: no tip "
             "gets there. Thickness, contact point or calibration are wrong; the fitted values mean nothing.",
         )
-    if result.settings.quick or deepest <= 0:
+    if deepest <= 0:
         return ()
-    notes = model.exact(deepest * np.geomspace(0.05, 1, 8), result.values)[1].splitlines()
+    if result.settings.quick:
+        return about_tables(*model.off_once(deepest, result.values))
+    depth = deepest * np.geomspace(0.05, 1, 8)
+    exact = model.exact(depth, result.values)
+    notes = [*exact.notes.splitlines(), *about_tables(*model.off(exact, depth, result.values))]
     notes += _as_sphere(tip, deepest)
     if model.adhesive:
         notes += _adhesion(result)
     if model.over_time:
         notes += _relaxation(result)
     return tuple(notes)
+
+
+def about_tables(off: float, left: float) -> tuple[str, ...]:
+    """A note about a table of forces that is off by more than interpolation leaves."""
+    if off <= left:
+        return ()
+    return (
+        f"At the fitted values the table of forces is off by {percent(off)} at the deepest reading, more than {percent(left)}: "
+        "values may be off by about as much. Give narrower limits, or fit fewer numbers.",
+    )
 
 
 def _as_sphere(tip: Indenter, depth: float) -> list[str]:
@@ -250,7 +264,7 @@ def _relaxation(result: Fitted) -> list[str]:
     notes, time = [], result.objective.time
     longest, shortest = float(np.ptp(time)), float(np.median(np.diff(time)))
     for name, estimate in result.estimates.items():
-        if not name.startswith("relaxation.time"):
+        if not (name.startswith("relaxation.") and result.problem.numbers[name].number.unit == "s"):
             continue
         found = f"{name} = {text(estimate.value, 's')}"
         if estimate.value > longest:

@@ -22,13 +22,14 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array, Indices
+from flatpunch._support.numbers import Place
 from flatpunch._support.paths import Plain
 from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.least_squares.objective import Objective, blocked
 from flatpunch.fits.least_squares.problem import Problem
 from flatpunch.fits.measured.signal import independent
+from flatpunch.fits.parameters.numbers import CALIBRATION, Scale
 from flatpunch.fits.parameters.priors import Prior
-from flatpunch.fits.parameters.scaling import kind, plain_limits
 from flatpunch.fits.parameters.unknowns import Unknowns
 
 _NEWTON = 8
@@ -96,9 +97,6 @@ def forces(model: ForwardModel, depth: Array, theta: Array) -> tuple[Array, Arra
     stiffness[:, some] = found * slope / at
     return force, stiffness
 
-
-CALIBRATION = ("spring_constant", "sensitivity")
-"""Numbers of the calibration that may be drawn; the first is given in N/m, the second relative to the one used."""
 
 BROAD = 3.0
 """Standard deviation of an internal parameter of which nothing is known: a factor 20 of a logarithmic one."""
@@ -192,41 +190,6 @@ class Part(NamedTuple):
         return self._replace(objective=Quadratic.of(self.objective, middle[own], near, reach))
 
 
-class Scale(NamedTuple):
-    """How a parameter follows from its internal value x: offset + unit x, unit exp x, or arctan exp x."""
-
-    form: str
-    offset: float = 0.0
-    unit: float = 1.0
-
-    @classmethod
-    def of(cls, name: str, problem: Problem, assumed: Mapping[str, float]) -> Scale:
-        """That of a parameter of a problem, or of a calibration over its `assumed` value."""
-        if name in (scales := problem.scales()):
-            return cls("plain", *scales[name])
-        if name in assumed:
-            return cls("logarithm", unit=assumed[name])
-        return cls("plain" if plain_limits(name) else "slope" if kind(name) == "inclination" else "logarithm")
-
-    def external(self, x: Array) -> Array:
-        """Values [SI]."""
-        if self.form == "plain":
-            return self.offset + self.unit * x
-        return np.arctan(np.exp(x)) if self.form == "slope" else self.unit * np.exp(x)
-
-    def slope(self, x: Array) -> Array:
-        """Derivative of the values by x."""
-        if self.form == "plain":
-            return np.full_like(x, self.unit)
-        return 1 / (2 * np.cosh(x)) if self.form == "slope" else self.unit * np.exp(x)
-
-    def internal(self, value: float) -> float:
-        """Internal value, clipped to what has one."""
-        if self.form == "plain":
-            return (value - self.offset) / self.unit
-        return float(np.log(np.tan(value) if self.form == "slope" else max(value, TINY) / self.unit))
-
-
 @dataclass(frozen=True, eq=False)
 class LogPosterior:
     """ln of the posterior density over the internal parameters; the last ones are ln of the calibration over the assumed one.
@@ -234,6 +197,8 @@ class LogPosterior:
     Attributes
     ----------
     parts : tuple of Part
+    numbers : mapping of str to Place
+        Declarations of the parameters.
     scales : dict of str to Scale
         By the name of each parameter, in order.
     lower, upper : ndarray, shape (parameters,)
@@ -242,6 +207,7 @@ class LogPosterior:
     """
 
     parts: tuple[Part, ...]
+    numbers: Mapping[str, Place]
     scales: dict[str, Scale]
     lower: Array
     upper: Array

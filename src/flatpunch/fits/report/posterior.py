@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, shown
+from flatpunch._support.numbers import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._version import __version__
@@ -28,8 +29,8 @@ class Posterior(Tabled):
     ----------
     curve : str
         Name of the curve.
-    names : tuple of str
-        Parameters: those of the fit, then those that have a prior only.
+    numbers : mapping of str to Place
+        Parameters with their declarations: those of the fit, then those that have a prior only.
     draws : ndarray, shape (n, parameters)
         Draws [SI].
     log_probability : ndarray, shape (n,)
@@ -67,7 +68,7 @@ class Posterior(Tabled):
     """
 
     curve: str
-    names: tuple[str, ...]
+    numbers: Mapping[str, Place]
     draws: Array
     log_probability: Array
     priors: Mapping[str, Prior]
@@ -76,6 +77,11 @@ class Posterior(Tabled):
     acceptance: float
     level: float
     notes: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        return tuple(self.numbers)
 
     def __getitem__(self, name: str) -> Array:
         """Draws of one parameter [SI], shape (n,)."""
@@ -100,18 +106,20 @@ class Posterior(Tabled):
 
     def _line_(self) -> str:
         """The medians."""
-        found = ", ".join(f"{name}={text(float(np.median(self[name])), unit_of(name))}" for name in self.names)
+        found = ", ".join(
+            f"{name}={text(float(np.median(self[name])), unit_of(each))}" for name, each in self.numbers.items()
+        )
         return f"Posterior({self.curve!r}: {found}, {len(self.draws)} draws)"
 
     def table(self) -> Rows:
         """The table: a row for each parameter, with its effective draws and its prior."""
         rows = []
-        for name, draws, effective in zip(self.names, self.draws.T, self.effective, strict=True):
+        for (name, number), draws, effective in zip(self.numbers.items(), self.draws.T, self.effective, strict=True):
             note = f"{effective:.0f} effective draws"
             if name in self.priors:
-                note += f", prior {_prior_text(self.priors[name], unit_of(name))}"
+                note += f", prior {_prior_text(self.priors[name], unit_of(number))}"
             estimate = Estimate(float(np.median(draws)), float(np.std(draws)), *self.interval(name), by="draws")
-            rows.append(Row(name, estimate, unit_of(name), note))
+            rows.append(Row.of(number, estimate, note))
         title = (
             f"{self.curve}: {len(self.draws)} draws, worth {self.effective.min():.0f} independent ones or more; autocorrelation "
             f"{self.times.max():.0f} steps, {100 * self.acceptance:.0f} % accepted"
@@ -120,7 +128,7 @@ class Posterior(Tabled):
 
     def to_csv(self) -> str:
         """The draws as CSV text, a column for each parameter [SI]."""
-        units = {name: unit_of(name) or "1" for name in self.names}
+        units = {name: unit_of(each) or "1" for name, each in self.numbers.items()}
         return csv_of([dict(zip(self.names, row, strict=True)) for row in self.draws.tolist()], units)
 
     def dataset(self) -> xr.Dataset:
@@ -138,7 +146,7 @@ class Posterior(Tabled):
         }
         attributes = {
             "title": f"Posterior of the fit of {self.curve}",
-            "units": ", ".join(f"{name} [{unit_of(name) or '1'}]" for name in names),
+            "units": ", ".join(f"{name} [{unit_of(each) or '1'}]" for name, each in self.numbers.items()),
             "priors": "; ".join(f"{name}: {prior}" for name, prior in self.priors.items()),
             "notes": "\n".join(self.notes),
             "flatpunch_version": __version__,

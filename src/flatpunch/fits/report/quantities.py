@@ -1,66 +1,40 @@
-"""Fitted parameters as quantities for people: their units, labels, and values in words."""
+"""Numbers of a fit for people: their labels, units, and values in words."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 
+from flatpunch._support.numbers import Place
 from flatpunch._support.prefixes import text
-from flatpunch.fits.parameters.scaling import OF, kind
-
-_KINDS = {
-    "young": ("Pa", "E"),
-    "surface_modulus": ("Pa", "contact modulus"),
-    "poisson": ("", "Poisson ratio"),
-    "thickness": ("m", "thickness"),
-    "normal": ("Pa/m", "normal interface stiffness"),
-    "shear": ("Pa/m", "shear interface stiffness"),
-    "radius": ("m", "tip radius"),
-    "inclination": ("rad", "tip inclination"),
-    "work_of_adhesion": ("J/m^2", "work of adhesion"),
-    "pull-off force": ("N", "pull-off force"),
-    "equilibrium": ("", "equilibrium share"),
-    "time": ("s", "relaxation time"),
-    "times": ("s", "relaxation time"),
-    "exponent": ("", "exponent"),
-    "weights": ("", "share"),
-    "contact": ("m", "contact point"),
-    "baseline": ("N", "baseline"),
-    "tilt": ("N/m", "tilt"),
-    "drag": ("N s/m", "drag"),
-    "spring_constant": ("N/m", "spring constant"),
-    "sensitivity": ("", "relative sensitivity"),
-    "frame": ("m/N", "frame compliance"),
-}
-"""Unit and word of each kind of parameter."""
-
-_COLUMNS = {"deepest": "m", "position": "m", "noise": "N"}
-"""Units of columns of tables that are no parameters, by their first word."""
+from flatpunch.fits.parameters.numbers import BESIDE, OF
 
 
-def label(name: str) -> str:
-    """A parameter in the words of the field: "E of layer 1" for "layers[0].young"."""
-    if OF in name:
-        name, _, curve = name.partition(OF)
-        return f"{label(name)} ({curve})"
-    word = _KINDS.get(kind(name), ("", name))[1]
-    owner, index = name.rpartition(".")[0], re.search(r"\[(\d+)\]", name)
-    side = f"{name.split('.')[0]} " if name.startswith(("upper.", "lower.")) else ""
-    if "layers" in owner:
-        return f"{word} of {side}layer {int(index[1]) + 1 if index else ''}"
+def label(number: Place) -> str:
+    """A number in the words of the field: "E of layer 1" for "layers[0].young"."""
+    path, _, curve = number.path.partition(OF)
+    if curve:
+        return f"{label(number._replace(path=path))} ({curve})"
+    word, (owner, _, last) = number.number.what, path.rpartition(".")
+    if place := re.search(r"\[(\d+)\]$", last):
+        word = f"{word} {int(place[1]) + 1}"
+    side = f"{path.partition('.')[0]} " if path.startswith(("upper.", "lower.")) else ""
+    if layer := re.search(r"layers\[(\d+)\]", owner):
+        return f"{word} of {side}layer {int(layer[1]) + 1}"
     if owner.endswith("base"):
         return f"{word} of {side}base"
-    return f"{word} {int(index[1]) + 1}" if index else word
+    return f"tip {word}" if path.startswith("indenter.") else word
 
 
-def unit_of(name: str) -> str:
-    """SI unit of a parameter."""
-    return _KINDS[kind(name)][0]
+def unit_of(number: Place) -> str:
+    """SI unit, empty without one."""
+    return number.number.unit or ""
 
 
-def unit_in(column: str) -> str:
+def unit_in(column: str, numbers: Mapping[str, Place]) -> str:
     """SI unit of a column of a table, "" where it has none: of "layers[0].young low" that of the modulus."""
     bare = re.sub(r" (stderr|low|high)$", "", column)
-    return _COLUMNS.get(bare.split(" ")[0]) or _KINDS.get(kind(bare), ("", ""))[0]
+    return unit_of(known) if (known := numbers.get(bare, BESIDE.get(bare))) else ""
 
 
 def between(low: float | None, high: float | None, unit: str) -> str:
@@ -71,6 +45,6 @@ def between(low: float | None, high: float | None, unit: str) -> str:
     return f", between {low_text} and {high_text}"
 
 
-def axis_label(name: str, unit: str) -> str:
-    """Label of an axis of a parameter."""
-    return f"{label(name)} ({unit})" if unit else label(name)
+def axis_label(number: Place, unit: str) -> str:
+    """Label of an axis of a number."""
+    return f"{label(number)} ({unit})" if unit else label(number)

@@ -22,15 +22,14 @@ from flatpunch._support.readable import readable
 from flatpunch._support.record import record
 from flatpunch._version import __version__
 from flatpunch.fits.elastic.model import method_for
+from flatpunch.fits.parameters.numbers import BESIDE, PULL_OFF
 from flatpunch.fits.parameters.priors import Prior
-from flatpunch.fits.parameters.scaling import OF, plain_limits
-from flatpunch.fits.parameters.unknowns import NUISANCE
 from flatpunch.fits.report.fitted import Fitted
 from flatpunch.fits.report.likelihood import Profile, profile
 from flatpunch.fits.report.posterior import Posterior
 from flatpunch.fits.report.quantities import unit_of
 from flatpunch.fits.report.sampling import draw
-from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, csv_of, half_width, rows_of, saved
+from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, csv_of, half_width, rows_of, saved, units_in
 
 
 @readable
@@ -107,7 +106,7 @@ class FitResult(Fitted, Tabled):
         if deepest <= 0:
             return 0.0
         depth = deepest * np.geomspace(1e-2, 1, points)
-        exact = self.objective.model.exact(depth, self.values)[0]
+        exact = self.objective.model.exact(depth, self.values).force
         return float(np.abs(self.objective.model.force(depth, self.values) - exact).max() / exact.max())
 
     def profile(self, name: str, level: float | None = None, points: int = 21) -> Profile:
@@ -161,9 +160,7 @@ class FitResult(Fitted, Tabled):
             raise ValueError("to_lmfit needs lmfit: pip install 'flatpunch[fit]'.") from None
         parameters, names = lmfit.Parameters(), []
         for j, name in enumerate(self.names):
-            bare = name.partition(OF)[0]
-            logarithm = bare not in NUISANCE and plain_limits(name) is None
-            names.append("log_" * logarithm + re.sub(r"\W+", "_", name).strip("_"))
+            names.append("log_" * (self.problem.scales[name].form != "plain") + re.sub(r"\W+", "_", name).strip("_"))
             # lmfit's transformation of a limit has no slope at the limit: what is there stays there
             value, least, most = (float(v[j]) for v in (self.minimum.x, *self.problem.bounds))
             parameters.add(names[-1], value=value, min=least, max=most, vary=not self.minimum.at_bound[j])
@@ -239,10 +236,10 @@ class FitResult(Fitted, Tabled):
         if self.parts:
             title = f"{len(self.results)} curves, one sample; they agree with probability {self.agreement:.2g}"
             free = {name: self.estimates[name] for name in self.problem.free}
-            return Rows(title, rows_of(free), self.settings.level, self.notes)
-        rows = rows_of(self.estimates)
+            return Rows(title, rows_of(free, self.problem.numbers), self.settings.level, self.notes)
+        rows = rows_of(self.estimates, self.problem.numbers)
         if self.pull_off is not None:
-            rows = (*rows, Row("pull-off force", self.pull_off, "N"))
+            rows = (*rows, Row.of(BESIDE[PULL_OFF], self.pull_off))
         return Rows(self._about(), rows, self.settings.level, self.notes, self.read)
 
     def summary(self) -> str:
@@ -255,7 +252,8 @@ class FitResult(Fitted, Tabled):
 
     def _line_(self) -> str:
         """The fitted values of the case."""
-        found = ", ".join(f"{name}={text(self[name], unit_of(name))}" for name in self.shared) or "nothing fitted"
+        numbers = self.problem.numbers
+        found = ", ".join(f"{n}={text(self[n], unit_of(numbers[n]))}" for n in self.shared) or "nothing fitted"
         if self.parts:
             return f"FitResult({len(self.results)} curves: {found})"
         return f"FitResult({self.curve.name!r}: {found}, {int(self.used.sum())} points)"
@@ -277,7 +275,7 @@ class FitResult(Fitted, Tabled):
 
     def to_csv(self) -> str:
         """The lines of the curves as CSV text; units are in the titles."""
-        return csv_of(self.rows())
+        return csv_of(self.rows(), units_in(self.rows(), self.problem.numbers))
 
     def dataset(self) -> xr.Dataset:
         """Curves, fitted forces and estimates, for a file."""
@@ -306,7 +304,7 @@ class FitResult(Fitted, Tabled):
         sample = {key: json.dumps([s[key] for s in each_sample]) for key in each_sample[0]}
         attributes = {
             "title": f"Fit of {', '.join(r.curve.name for r in results)}",
-            "units": ", ".join(f"{name} [{unit_of(name)}]" for name in names),
+            "units": ", ".join(f"{name} [{unit_of(self.problem.numbers[name])}]" for name in names),
             "noise": [r.noise for r in results] if len(results) > 1 else self.noise,
             "notes": "\n".join(dict.fromkeys(note for r in (self, *results) for note in r.notes)),
             "read": "\n".join(line for r in results for line in r.read),
@@ -324,7 +322,7 @@ class FitResult(Fitted, Tabled):
 def _sample(result: Fitted) -> dict[str, str | float]:
     """Sample and method of a curve as attributes of a file."""
     model = result.objective.model
-    sample = model.sample_at(result.values)
+    sample = model.sample.replaced(result.values)
     method = method_for(sample.indenter, model.method)
     found: dict[str, str | float] = {
         "method": method if isinstance(method, str) else method.name,

@@ -11,11 +11,11 @@ from flatpunch._support.checks import Array, BadValue, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fits.least_squares.problem import Problem
+from flatpunch.fits.parameters.numbers import BESIDE, CALIBRATION, Scale
 from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
-from flatpunch.fits.parameters.scaling import internal, parameter_names, plain_limits
 from flatpunch.fits.report.findings import correlated
 from flatpunch.fits.report.fitted import Fitted
-from flatpunch.fits.report.log_posterior import CALIBRATION, LogPosterior, Scale, at_once, parts_of
+from flatpunch.fits.report.log_posterior import LogPosterior, at_once, parts_of
 from flatpunch.fits.report.posterior import Posterior
 
 
@@ -79,7 +79,7 @@ def draw(
     values = np.column_stack([s.external(c) for s, c in zip(density.scales.values(), positions.T, strict=True)])
     return Posterior(
         ", ".join(each.curve.name for each in result.results),
-        density.names,
+        density.numbers,
         values,
         found.logarithms,
         density.priors,
@@ -113,6 +113,8 @@ def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Arr
     alone = len(problem.setups) == 1 and at_once(problem.parts[0])
     if alone:
         problem, x = _extended(problem, x, given)
+        alone = at_once(problem.parts[0])
+    if alone:
         k = result.curve.spring_constant
         assumed = ({} if k is None else {"spring_constant": float(k)}) | {"sensitivity": 1.0}
         for name, relative in result.curve.meta.get("calibration", {}).items():
@@ -132,10 +134,11 @@ def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Arr
             raise ValueError(
                 f"priors: {shown(name)} was not fitted; a prior goes here with {', '.join(names)}. Fit it as well."
             )
-    scales, parts = {name: Scale.of(name, problem, assumed) for name in names}, parts_of(problem, x)
+    scales, parts = problem.scales | {n: Scale("logarithm", unit=assumed[n]) for n in drawn}, parts_of(problem, x)
     x = np.append(x, [scales[name].internal(given[name].centre) for name in drawn])
     lower, upper = (np.append(b, [far] * len(drawn)) for b, far in zip(problem.bounds, (-_FAR, _FAR), strict=True))
-    return _supported(LogPosterior(parts, scales, lower, upper, given)), x
+    numbers = problem.numbers | {name: BESIDE[name] for name in drawn}
+    return _supported(LogPosterior(parts, numbers, scales, lower, upper, given)), x
 
 
 def _extended(problem: Problem, x: Array, given: Mapping[str, Prior]) -> tuple[Problem, Array]:
@@ -143,7 +146,7 @@ def _extended(problem: Problem, x: Array, given: Mapping[str, Prior]) -> tuple[P
     (setup,) = problem.setups
     model, place = setup.objective.model, len(setup.objective.model.free)
     added = [name for name in given if name not in problem.names and name not in CALIBRATION]
-    known = parameter_names(model.medium, model.indenter)
+    known = model.numbers
     for name in added:
         if name not in known:
             raise ValueError(
@@ -154,10 +157,17 @@ def _extended(problem: Problem, x: Array, given: Mapping[str, Prior]) -> tuple[P
         return problem, x
     medium, indenter = model.case(model.externals(x[:place]))
     wider = replace(model, medium=medium, indenter=indenter, free=(*model.free, *added))
-    start = np.array([internal(name, wider.value(name)) for name in added])
-    limits = [plain_limits(name) or (s - _FAR, s + _FAR) for name, s in zip(added, start, strict=True)]
-    lower, upper = (np.insert(b, place, [pair[i] for pair in limits]) for i, b in enumerate(problem.bounds))
-    x = np.insert(x, place, start)
+    start, pairs = wider.start(), [(model.scales[name], wider.scales[name]) for name in model.free]
+    ends = np.array([wider.ends(name) for name in added]).T
+    ends = np.where(np.isfinite(ends), ends, start[place:] + np.array([[-_FAR], [_FAR]]))
+    # numbers without a range are in units of their values
+    lower, upper = (
+        np.concatenate(
+            [[new.internal(old.external(v)) for (old, new), v in zip(pairs, b, strict=False)], end, b[place:]]
+        )
+        for b, end in zip(problem.bounds, ends, strict=True)
+    )
+    x = np.append(start, x[place:])
     objective = replace(setup.objective, model=wider, _before={})
     return Problem.of([replace(setup, objective=objective, lower=lower, upper=upper)], [x], 0), x
 

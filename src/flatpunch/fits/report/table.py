@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
+from flatpunch._support.numbers import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
@@ -97,12 +98,23 @@ def correlation_of(covariance: Array) -> Array:
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """One line of a table: an estimate by its name, with its SI unit. An interval of nan is none."""
+    """One line of a table: an estimate by its name, with its SI unit and its name in words. An interval of nan is none."""
 
     name: str
     estimate: Estimate
     unit: str
     note: str = ""
+    words: str = ""
+
+    @property
+    def label(self) -> str:
+        """Its name in words."""
+        return self.words or self.name
+
+    @classmethod
+    def of(cls, number: Place, estimate: Estimate, note: str = "") -> Row:
+        """The line of a number of a fit."""
+        return cls(number.path, estimate, unit_of(number), note, label(number))
 
     @property
     def value(self) -> str:
@@ -169,20 +181,20 @@ class Rows:
 
     def text(self) -> str:
         """The table as text for the terminal."""
-        width = max([24, *(len(label(row.name)) for row in self.rows)])
+        width = max([24, *(len(row.label) for row in self.rows)])
         lines = [self.title, *(f"  Read {line}" for line in self.read)]
         for row in self.rows:
             said = row.stated
             if said and said == row.interval:
                 said = f"{self._level} {'' if said[0] == '±' else 'in '}{said}"
             said = "   ".join(filter(None, (said, row.note)))
-            lines.append(f"  {label(row.name):<{width}} {row.value:>12}   {said}".rstrip())
+            lines.append(f"  {row.label:<{width}} {row.value:>12}   {said}".rstrip())
         return "\n".join([*lines, *(f"  Note: {note}" for note in self.notes)])
 
     def cells(self) -> Table:
         """The table as cells, without columns that are empty."""
         header = ("", self.value, "standard error", f"{self._level} interval", "note")
-        cells = [(label(row.name), row.value, row.stderr, row.stated, row.note) for row in self.rows]
+        cells = [(row.label, row.value, row.stderr, row.stated, row.note) for row in self.rows]
         used = [i for i in range(len(header)) if any(row[i] for row in cells)]
         rows = tuple(tuple(row[i] for i in used) for row in cells)
         return Table(self.title, tuple(header[i] for i in used), rows, self.notes)
@@ -191,7 +203,7 @@ class Rows:
         """The table as CSV in SI units, to the last digit."""
         names = ("name", "value", "low", "high", "unit", "note")
         rows = ((r.name, r.estimate.value, r.estimate.low, r.estimate.high, r.unit, r.note) for r in self.rows)
-        return csv_of([dict(zip(names, row, strict=True)) for row in rows], dict.fromkeys(names, ""))
+        return csv_of([dict(zip(names, row, strict=True)) for row in rows], {})
 
     def record(self) -> Plain:
         """The numbers in one line of a table of many results."""
@@ -226,9 +238,9 @@ class Tabled(ABC):
         return self.table().cells()
 
 
-def rows_of(estimates: Mapping[str, Estimate]) -> tuple[Row, ...]:
+def rows_of(estimates: Mapping[str, Estimate], numbers: Mapping[str, Place]) -> tuple[Row, ...]:
     """A row for each estimate."""
-    return tuple(Row(name, estimate, unit_of(name)) for name, estimate in estimates.items())
+    return tuple(Row.of(numbers[name], estimate) for name, estimate in estimates.items())
 
 
 def columns_of(records: Iterable[Plain]) -> list[str]:
@@ -242,24 +254,28 @@ def column(records: Sequence[Plain], name: str) -> Array:
     return np.array([row.get(name, float("nan")) for row in records])
 
 
-def csv_of(records: Sequence[Plain], units: Mapping[str, str] | None = None) -> str:
-    """Records as CSV text; units, those of parameters or as given, are in the titles."""
+def units_in(records: Sequence[Plain], numbers: Mapping[str, Place]) -> dict[str, str]:
+    """Units of the columns that belong to numbers."""
+    return {name: unit_in(name, numbers) for name in columns_of(records)}
+
+
+def csv_of(records: Sequence[Plain], units: Mapping[str, str]) -> str:
+    """Records as CSV text; units are in the titles."""
     names, out = columns_of(records), io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    titles = {name: (units or {}).get(name, unit_in(name)) for name in names}
-    writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in titles.items()])
+    writer.writerow([f"{name} [{unit}]" if (unit := units.get(name)) else name for name in names])
     writer.writerows([row.get(name, "") for name in names] for row in records)
     return out.getvalue()
 
 
-def dataset_of(records: Sequence[Plain], title: str) -> xr.Dataset:
+def dataset_of(records: Sequence[Plain], title: str, units: Mapping[str, str]) -> xr.Dataset:
     """Records along `curve`."""
     data: Plain = {}
     for name in columns_of(records):
         if name != "curve":
             texts = name in _TEXTS
             values = [str(row.get(name, "")) for row in records] if texts else column(records, name)
-            data[name] = ("curve", values, {"units": unit_in(name)} if unit_in(name) else {})
+            data[name] = ("curve", values, {"units": unit} if (unit := units.get(name)) else {})
     names = [str(row["curve"]) for row in records]
     return xr.Dataset(data, {"curve": names}, {"title": title, "flatpunch_version": __version__})
 

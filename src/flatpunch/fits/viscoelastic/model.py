@@ -26,7 +26,7 @@ from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.least_squares.minimum import differences
 from flatpunch.fits.measured.curve import Curve
-from flatpunch.fits.parameters.free_parameters import SampleParameters
+from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.fits.parameters.unknowns import Unknowns
@@ -34,7 +34,7 @@ from flatpunch.media import Relaxation
 
 
 @dataclass(frozen=True)
-class HistoryModel(SampleParameters):
+class HistoryModel(FreeParameters):
     """Force over time of one medium and tip, as a function of the free parameters.
 
     Parameters
@@ -54,8 +54,7 @@ class HistoryModel(SampleParameters):
     elastic: ForwardModel = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        for name in self.free:
-            self.sample.check(name)
+        self.sample.check(self.free)
         plain = tuple(name for name in self.free if not name.startswith("relaxation."))
         elastic = ForwardModel(self.sample.medium, self.sample.indenter, plain, self.method)
         object.__setattr__(self, "elastic", elastic)
@@ -65,6 +64,11 @@ class HistoryModel(SampleParameters):
     def tabulated(self) -> bool:
         """Whether elastic forces come from a table."""
         return self.elastic.tabulated
+
+    @property
+    def knots(self) -> Mapping[str, tuple[float, float]]:
+        """Those of the elastic force."""
+        return self.elastic.knots
 
     def relaxation(self, theta: Array) -> Relaxation:
         """The relaxation function at internal parameters."""
@@ -114,8 +118,8 @@ class HistoryModel(SampleParameters):
         known = {n: v for n, v in (values or {}).items() if n in self.elastic.free}
         return self.elastic.force(depth, known)
 
-    def exact(self, depth: Array, values: Mapping[str, float]) -> tuple[Array, str]:
-        """Elastic force without tables, and the notes of the method."""
+    def exact(self, depth: Array, values: Mapping[str, float]) -> ExactForce:
+        """Elastic force without tables, with the notes of the method."""
         return self.elastic.exact(depth, {n: v for n, v in values.items() if n in self.elastic.free})
 
     def _elastic_theta(self, theta: Array) -> Array:

@@ -15,7 +15,6 @@ from flatpunch.fits.least_squares.starts import tried
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.cycles import levelled, smoothed, turns
 from flatpunch.fits.measured.signal import spread_of
-from flatpunch.fits.parameters.scaling import MODULI
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import frame_of
 from flatpunch.fits.viscoelastic.model import HistoryModel, HistoryObjective
@@ -171,7 +170,7 @@ def _start(coarse: HistoryObjective, lower: Array, upper: Array, between: tuple[
     if coarse.spring is not None:
         loose = replace(coarse, depth=coarse.depth - coarse.force / coarse.spring, spring=None)
         loose = replace(loose, depth=levelled(loose.depth, turns(loose.depth)))
-    moduli = [j for j, name in enumerate(coarse.model.free) if name.endswith(MODULI)]
+    moduli = coarse.model.moduli
 
     def force(theta: Array, contacts: Array) -> Array:
         return np.array([loose.model.history(loose.time, loose.depth - contact, theta) for contact in contacts])
