@@ -24,8 +24,7 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
 from flatpunch import __version__  # noqa: E402
-from flatpunch.app.tables import kinds_of  # noqa: E402
-from flatpunch.files.tables.indenters import IndenterTable, WornTable  # noqa: E402
+from flatpunch.files.tables.indenters import WornTable, kinds  # noqa: E402
 from flatpunch.files.tables.made import own_fields  # noqa: E402
 from flatpunch.literature import bibliography  # noqa: E402
 
@@ -122,7 +121,7 @@ class TipsTable(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         """What must be given comes first; what is done with the tip is in the text below the table."""
         rows = ["| `kind` | fields | shape |", "|---|---|---|"]
-        for kind, table in kinds_of(IndenterTable, files=True).items():
+        for kind, table in kinds().items():
             known = {
                 name: info for name, info in table.model_fields.items() if name not in (*WornTable.model_fields, "kind")
             }

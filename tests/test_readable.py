@@ -92,9 +92,9 @@ def test_fits_are_tables_of_estimates():
     curve = fp.Curve(depth=depth, force=force + 1e-11 * np.random.default_rng(0).normal(size=300), name="gel")
     result = fp.fit(curve, GEL, fp.Sphere(5e-6), ["layers[0].young"])
     assert repr(result).startswith("FitResult('gel': layers[0].young=")
-    assert "E of layer 1" in str(result)
+    assert "Young's modulus of layer 1" in str(result)
     assert "95 % interval" in str(result)
-    assert "<td>E of layer 1</td>" in result._repr_html_()
+    assert "<td>Young&#x27;s modulus of layer 1</td>" in result._repr_html_()
     batch = fp.fit_batch([curve], GEL, fp.Sphere(5e-6), ["layers[0].young"])
     assert repr(batch) == "Batch(1 curves, 0 left out)"
     assert "gel" in str(batch)

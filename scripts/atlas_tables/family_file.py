@@ -35,7 +35,7 @@ from flatpunch.atlas.panel import Parameter
 from flatpunch.files import units
 from flatpunch.files.cases import case_text, parsed
 from flatpunch.files.tables.fields import CaseError, Number, Table, validated
-from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
+from flatpunch.files.tables.media import SampleTable
 from flatpunch.sweeps.axes import dimension_of
 
 _OWN = ("name", "title", "tolerance", "responses", "beta", "parameters")
@@ -69,7 +69,7 @@ class ParameterTable(Table):
         return self
 
 
-class FamilyTable(Table):
+class FamilyTable(SampleTable):
     """The whole file."""
 
     name: str
@@ -78,10 +78,6 @@ class FamilyTable(Table):
     responses: bool = False
     beta: RangeTable = Field(default=RangeTable())
     parameters: dict[str, ParameterTable] = Field(default={})
-    layers: list[LayerTable] = Field(default=[])
-    base: BaseTable | None = None
-    upper: BodyTable | None = None
-    lower: BodyTable | None = None
 
     def build(self, folder: Path) -> Any:
         """Return the medium as written."""
@@ -89,7 +85,7 @@ class FamilyTable(Table):
             raise ValueError(f"tolerance = {self.tolerance:g} must lie between 1e-13 and 1e-3.")
         if not self.name.replace("-", "").replace("_", "").isalnum():
             raise ValueError(f"name = {self.name!r} becomes a file name: letters, digits, '-' and '_' only.")
-        return body(self.layers, self.base, self.upper, self.lower)
+        return self.body()
 
 
 @dataclass(frozen=True)

@@ -195,13 +195,15 @@ def test_nothing_is_cut_off_on_a_phone(visit):
 def test_curves_are_kept_and_compared(visit):
     window = solved(visit())
     window.click("#keep")
-    window.wait_for_selector("#shown .readout:has-text('force / 1 1')")
+    window.wait_for_selector("#shown .readout:has-text('force / kept 1 1')")
     assert window.is_disabled("#keep")
     window.fill("[name='layers.0.young']", "10 kPa")
     window.wait_for_function("() => document.querySelector('#shown').classList.contains('stale')")
     solved(window)
-    window.wait_for_selector("#shown .legend:has-text('kept 1')")
-    (said,) = (text for text in window.locator("#shown .readout li").all_inner_texts() if text.startswith("force / 1"))
+    window.wait_for_selector("#shown .legend:has-text('kept 1: layers.0.young 5 kPa')")
+    (said,) = (
+        text for text in window.locator("#shown .readout li").all_inner_texts() if text.startswith("force / kept 1")
+    )
     assert float(said.split()[-1]) == pytest.approx(2, rel=1e-3)  # glass is rigid beside both gels
     window.click("#drop-kept")
     assert window.locator("#shown .legend:has-text('kept')").count() == 0

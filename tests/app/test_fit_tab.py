@@ -40,7 +40,7 @@ def test_fit_is_that_of_the_command_line(ask, tmp_path):
     form = gel(upload=sent)
     found = ask.solve("fit", form)
     assert found["summary"] in ran.stdout
-    assert [row[0] for row in found["rows"]] == ["E of layer 1", "contact point", "baseline"]
+    assert [row[0] for row in found["rows"]] == ["Young's modulus of layer 1", "contact point", "baseline"]
     assert ask.post("/file/fit.csv", form).content == (tmp_path / "a.csv").read_bytes()
     for kind in ("toml", "py"):
         saved = ask.post(f"/file/fit.{kind}", form)
@@ -67,8 +67,8 @@ def test_columns_are_chosen_in_the_form():
     text = CURVE.decode().replace("depth (nm)", "way").replace("force (nN)", "signal")
     upload = Upload("a.csv", text.encode())
     problem = preview(gel(), upload)["problems"][0]
-    assert problem["field"] == "upload"
-    assert "no column of depth" in problem["text"]
+    assert problem["field"] == "curve.columns.depth"
+    assert problem["text"] == "no column of depth recognised: choose one of the file's columns here."
     chosen = {
         "curve.columns.depth": "way",
         "curve.columns.force": "signal",

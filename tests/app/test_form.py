@@ -13,10 +13,9 @@ from flatpunch.app.form import FormError, address_of, case_data, case_text, fiel
 from flatpunch.app.jobs.press import press
 from flatpunch.app.plain import case_of
 from flatpunch.app.problems import explained, field_of
-from flatpunch.app.tables import kinds_of, page_tables
+from flatpunch.app.tables import page_tables
 from flatpunch.app.toml import toml_text
 from flatpunch.files import read_case, shipped_cases
-from flatpunch.files.tables.indenters import IndenterTable
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 GEL = {
@@ -74,7 +73,7 @@ def test_every_tip_on_the_page_can_be_solved_with_the_proposed_values():
         form = {name: text for name, text in GEL.items() if not name.startswith("indenter.")} | proposed
         case = case_of({**form, "indenter.kind": kind})
         assert case.indenter is not None
-    assert "height-map" not in kinds_of(IndenterTable), "needs a file"
+    assert "height-map" not in page_tables()["indenter"], "needs a file"
 
 
 def test_layers_are_in_the_order_of_their_numbers_and_gaps_do_not_count():

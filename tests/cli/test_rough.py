@@ -102,9 +102,25 @@ def test_refusals(case, text, words):
     assert words in " ".join(done.output.split()), done.output
 
 
+def test_check_reports_surfaces_and_asperities(case, tmp_path):
+    x = np.arange(16) * 1e-7
+    np.savez(tmp_path / "scan.npz", x=x, y=x, z=0.01 * x + 1e-10 * np.random.default_rng(0).random((16, 16)))
+    measured = '[surface]\nkind = "file"\nfile = "scan.npz"\nperiodic = false\n'
+    for table, words in (
+        (SURFACE, ("32 x 32 cells of 100 nm, repeats along x and y", "rms slope 0.1")),
+        (BEADS, ("2 times Sphere radius 5 µm",)),
+        (measured, ("ends at its border", "A plane of slopes 0.01 along x")),
+    ):
+        done = run("check", case(f'{BODY}{table}[control]\nforce = "1 nN"\n'))
+        assert done.exit_code == 0, done.output
+        assert all(each in done.output for each in (*words, "force 1 nN")), done.output
+    levelled = read_rough_case(case(f'{BODY}{measured}level = true\n[control]\nforce = "1 nN"\n')).surface
+    assert levelled.rms_height < 1e-10
+
+
 def test_other_commands_name_this_one(case):
     path = case(f'{BODY}{SURFACE}[control]\npressure = "1 Pa"\n')
-    for command in ("solve", "check", "stress"):
+    for command in ("solve", "stress"):
         done = run(command, path)
         assert done.exit_code == 2
         assert f"flatpunch rough {path}" in done.output.replace("\n", "")

@@ -265,7 +265,7 @@ def test_derivatives_against_differences():
     for each, slope in zip(wanted, found.T, strict=True):
         step, ends = 1e-4 * each.value, []
         for sign in (1, -1):
-            changed, _ = paths.with_values(medium, None, {each.name: each.value + sign * step})
+            changed, _ = paths.with_values(medium, None, {each.path: each.value + sign * step})
             ends.append(layered_response(changed, k) * 2 / (changed.surface_modulus * k))
         np.testing.assert_allclose(slope, (ends[0] - ends[1]) / (2 * step), rtol=1e-6, atol=1e-9 * slope.max())
 

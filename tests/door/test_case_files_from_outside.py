@@ -50,6 +50,28 @@ def test_examples_themselves_are_read(example):
     read_fit_case(path) if is_fit_case(path) else read_case(path)
 
 
+def test_a_byte_order_mark_is_no_text(tmp_path):
+    """What spreadsheets ("CSV UTF-8") and editors write before a text."""
+    case = (
+        'base = { kind = "half-space", young = "1 GPa", poisson = 0.3 }\n'
+        'indenter = { kind = "radial-profile", file = "tip.csv" }\ncontrol = { depth = "1 nm" }'
+    )
+    for mark in ("", "\ufeff"):
+        (tmp_path / "tip.csv").write_text(mark + "r [um], f [um]\n0, 0\n1, 0.1\n2, 0.4\n", encoding="utf-8")
+        (tmp_path / "case.toml").write_text(mark + case, encoding="utf-8")
+        assert read_case(tmp_path / "case.toml").control == "depth"
+
+
+def test_ten_problems_are_listed_and_the_rest_counted(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text("[[layers]]\nyoung = 1\n" * 40, encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        read_case(path)
+    *lines, last = str(caught.value).splitlines()
+    assert len(lines) == 10
+    assert "and 111 more problems" in last  # three of each layer and a missing tip
+
+
 @pytest.mark.long
 def test_every_field_and_every_kind_of_mistake(example):
     original, path = example

@@ -1,6 +1,7 @@
 """Case files of fits, the two commands, batches and pictures."""
 
 import csv
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from flatpunch.cli.app import app
-from flatpunch.files import CaseError, load
+from flatpunch.files import CaseError, load, read_case
 from flatpunch.fits import Curve, Free, Settings, fit
 from flatpunch.fits.batch import fit_batch
 from flatpunch.fits.case import FitCase, drift, read_fit_case
@@ -128,6 +129,25 @@ def test_folder(tmp_path):
     table = load(out)
     assert table["ok"].values.tolist() == [False, True, True, True]
     np.testing.assert_allclose(table[YOUNG].values[1:], 2600, rtol=0.01)
+
+
+def test_read_shows_each_curve_of_a_folder(tmp_path):
+    for name in ("a.csv", "b.csv"):
+        shutil.copy(EXAMPLES / "thin_gel.csv", tmp_path / name)
+    (tmp_path / "c.csv").write_text("no numbers\n", encoding="utf-8")
+    done = CliRunner().invoke(app, ["read", str(tmp_path), str(EXAMPLES / "thin_gel.toml")])
+    assert done.exit_code == 0, done.output
+    assert done.output.count("contact: begins at") == 2
+    assert "c.csv\n  not read: c.csv: no rows of numbers" in done.output
+    picture = CliRunner().invoke(app, ["read", str(tmp_path), "--plot", str(tmp_path / "x.png")])
+    assert picture.exit_code == 2
+    assert "--plot goes with a single curve" in picture.output
+
+
+def test_a_case_of_stresses_serves_for_what_needs_its_bodies_alone():
+    case = EXAMPLES.parent / "hard_coating_on_steel.toml"
+    sample = read_fit_case(case).sample
+    assert (sample.medium, sample.indenter) == (read_case(case).medium, read_case(case).indenter)
 
 
 def test_correct_command():

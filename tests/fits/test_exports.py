@@ -517,5 +517,22 @@ def test_archive_of_workbooks_and_texts(tmp_path):
 )
 def test_what_is_missing_is_named(tmp_path, titles, letters, message):
     path = written(tmp_path / "c.txt", f"{titles}\n{rows(letters)}")
-    with pytest.raises(CurveError, match=message):
-        read_curve(path, spring_constant=K)
+    for k in (K, None):
+        with pytest.raises(CurveError, match=message):
+            read_curve(path, spring_constant=k)
+
+
+@pytest.mark.parametrize(
+    ("lines", "place"),
+    [
+        ("# xPosition: 1.5e-5\n# yPosition: -2e-06\n", (1.5e-5, -2e-6)),
+        ("Stage X (mm): 3.5\nStage Y (mm): 0\n", (3.5e-3, 0.0)),
+        ("Position X\t12.5 um\nPosition Y\t7 um\n", (1.25e-5, 7e-6)),
+        ("X position: 3500\nY position: 12\n", None),  # no metres
+    ],
+)
+def test_where_a_curve_was_taken(tmp_path, lines, place):
+    path = written(tmp_path / "c.txt", f"{lines}depth (nm)\tforce (nN)\n{rows('df')}")
+    known = read_curve(path).meta.get("metadata", {})
+    assert (place is None and not known) or np.allclose([known["position x"], known["position y"]], place, rtol=1e-12)
+    holds(read_curve(path), DEPTH, FORCE)

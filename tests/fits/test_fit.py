@@ -60,15 +60,6 @@ def test_quick_fits_and_lmfit_agree():
     assert found.stderr * one[YOUNG] == pytest.approx(one.estimates[YOUNG].stderr, rel=1e-3)
 
 
-def test_old_names_warn():
-    curve = synthetic(GEL, Sphere(3e-6), 0.4e-6, contact=3e-8)
-    with pytest.warns(DeprecationWarning, match=r"Settings\(engine=...\) is deprecated .* use quick=True or False"):
-        result = fit(curve, START, Sphere(3e-6), [YOUNG], engine="normal-equations")
-    assert result.settings.quick
-    with pytest.warns(DeprecationWarning, match="engine"), pytest.raises(ValueError, match="engine"):
-        fit(curve, START, Sphere(3e-6), [YOUNG], engine="emcee")
-
-
 def test_profile_agrees_with_covariance_where_it_should():
     """One parameter, one layer: nearly quadratic, the profile's interval is the covariance's within 5 % of its width."""
     curve = synthetic(GEL, Sphere(3e-6), 0.4e-6, contact=3e-8)

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.files import shipped_cases
 from flatpunch.fits import Curve, CurveError, fit, fit_batch
+from flatpunch.fits.case import read_fit_case
 from flatpunch.fits.judge.background import Background, likeliest
 from flatpunch.fits.reading import reading_of, traces
 from support.faulty_curves import DEEP, FAULTS, GEOMETRIES, START, YOUNG, empty, faulty, load, waving
@@ -276,6 +278,15 @@ def test_a_reading_has_all_that_was_found():
     lines = reading_of(flat).lines
     assert any(line.startswith("refused: ") for line in lines)
     assert fp.plot_measured(flat).get_title().endswith("refused")
+
+
+@pytest.mark.long
+def test_a_reading_of_a_relaxing_curve_has_the_baseline_of_the_fit(tmp_path):
+    case = read_fit_case(shipped_cases()[0].parent / "fit" / "relaxing_cell.toml")
+    curve = fp.read_curve(shipped_cases()[0].parent / "fit" / "relaxing_cell.csv", **case.reading)
+    found = fp.fit(curve, case.medium, case.indenter, case.free, **{**case.arguments, "quick": True})
+    shown = next(force for name, _, force in traces(reading_of(curve, case)) if name == "baseline")
+    assert abs(shown[0] - found.estimates["baseline"].value) < 0.01 * found.noise
 
 
 def test_pictures_show_what_is_left_out():

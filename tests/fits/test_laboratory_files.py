@@ -36,7 +36,7 @@ def check(folder, name, seed):
     if made.film and made.young:
         ran = CliRunner().invoke(app, ["fit-film", str(made.path), str(folder / "case.toml")])
         assert ran.exit_code == 0, ran.output
-        assert float(re.search(r"E of layer 1 +([\d.]+) GPa", ran.output)[1]) * 1e9 == pytest.approx(
+        assert float(re.search(r"Young's modulus of layer 1 +([\d.]+) GPa", ran.output)[1]) * 1e9 == pytest.approx(
             made.young, rel=0.01
         )
     elif made.film:

@@ -232,7 +232,7 @@ def test_case_file(tmp_path):
     done = CliRunner().invoke(app, ["check", str(path)])
     assert done.exit_code == 0, done.output
     assert "Planned   800 readings to a depth of 400 nm, noise 30 pN" in done.output
-    assert re.search(r"E of layer 1 +5 kPa +± [\d.]+ %: determined", done.output)
+    assert re.search(r"Young's modulus of layer 1 +5 kPa +± [\d.]+ %: determined", done.output)
 
 
 @pytest.mark.long

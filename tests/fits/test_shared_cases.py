@@ -101,7 +101,7 @@ def test_moduli_of_films(cases, path):
     folder = path.partition("/")[0]
     ran = CliRunner().invoke(app, ["fit-film", str(cases / path), str(cases / folder / "case.toml")])
     assert ran.exit_code == 0, ran.output
-    found = float(ran.output.split("E of layer 1")[1].split()[0])
+    found = float(ran.output.split("Young's modulus of layer 1")[1].split()[0])
     assert found == pytest.approx(FILMS[path], rel=0.005)
 
 

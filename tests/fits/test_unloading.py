@@ -141,7 +141,7 @@ def test_command_on_load_cycles(tmp_path, layout, left):
     assert done.exit_code == 0, done.output
     points = list(csv.DictReader(out.read_text(encoding="utf-8").splitlines()))
     assert len(points) == 14
-    found = float(re.search(r"E of layer 1 +([\d.]+) GPa", done.output)[1])
+    found = float(re.search(r"Young's modulus of layer 1 +([\d.]+) GPa", done.output)[1])
     # 0.1 % noise on 120 points of each unloading; the stiffness of each is good to 0.2 %, the film to a few times that
     assert found == pytest.approx(210, rel=0.01)
     assert "One-tenth rule" in done.output

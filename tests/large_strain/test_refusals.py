@@ -1,5 +1,7 @@
 """`finite_strain` outside its tables is refused by name; notes of linear results give the factor."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -65,3 +67,19 @@ def test_notes_give_the_number_instead_of_a_warning():
     tip = fp.Sphere(10e-6)
     assert "2 µm a neo-Hookean solid takes" in fp.indent(GEL, tip, depth=2e-6).attrs["notes"]
     assert "trains" not in fp.indent(GEL, tip, depth=2e-6, finite_strain=LAW).attrs["notes"]
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"depth": 2.4e-6}, "at 2.4 µm a .* corrects it."),
+        ({"depth": 2.6e-6}, "at 2.5 µm, where the table ends, .* corrects it up to there."),
+        ({"depth": 2.4e-6, "work_of_adhesion": 1e-5}, "than linear theory.(\n|$)"),
+        (
+            {"depth": [0.0, 2.4e-6], "time": [0.0, 1.0], "relaxation": fp.Prony([0.5], [1.0])},
+            "than linear theory.(\n|$)",
+        ),
+    ],
+)
+def test_the_correction_is_advised_where_it_goes(more, words):
+    assert re.search(words, fp.indent(GEL, fp.Sphere(1e-5), **more).attrs["notes"])

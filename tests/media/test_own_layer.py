@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import runpy
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,10 @@ import xarray as xr
 
 import flatpunch as fp
 from flatpunch import kernels
+from flatpunch.app.form import form_of
+from flatpunch.app.plain import case_of as plain_case_of
 from flatpunch.app.sketch import sketch
+from flatpunch.app.tables import page_tables
 from flatpunch.compliances.uniform import uniform_compliance
 from flatpunch.files.descriptions import describe_bodies
 from flatpunch.media.paths import value_of, with_values
@@ -248,16 +252,41 @@ def test_fit_of_its_own_number() -> None:
     assert found["layers[0].shear"] == pytest.approx(SHEAR, rel=1e-6)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="tables of case files are written by hand: they are to be made of declared numbers"
-)
+CASE = """
+layers = [{ kind = "rubber", shear = "1.7 kPa", thickness = "2 um", interface_shear = "3 GPa/m" }]
+base = { kind = "rigid" }
+indenter = { kind = "sphere", radius = "10 um" }
+control = { depth = "100 nm" }
+"""
+
+
 def test_case_file_and_page(tmp_path: Path) -> None:
     path = tmp_path / "case.toml"
-    path.write_text(
-        '[[layers]]\nkind = "rubber"\nshear = "1.7 kPa"\nthickness = "2 um"\n[base]\nkind = "rigid"\n'
-        '[indenter]\nkind = "sphere"\nradius = "10 um"\n[depth]\nvalues = ["100 nm"]\n'
-    )
-    assert isinstance(fp.read_case(path).medium.layers[0], RubberLayer)
+    path.write_text(CASE)
+    medium = fp.read_case(path).medium
+    assert medium == fp.Medium([RubberLayer(SHEAR, 2 * UM, fp.Interface(shear=3e9))], fp.RigidBase())
+    assert plain_case_of(form_of(tomllib.loads(CASE))).medium == medium
+    fields = {field["name"]: field for field in page_tables()["layers"]["rubber"]["fields"]}
+    assert (fields["shear"]["label"], fields["shear"]["value"]) == ("Shear modulus", "5 kPa")
+    assert "young" not in fields
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"1.7 kPa"', '"-1 kPa"', r"layers\[0\].shear = '-1 kPa' must be finite and > 0"),
+        ('"1.7 kPa"', '"1 um"', r"layers\[0\].shear = '1 um' has the dimension of a length"),
+        ('shear = "1.7 kPa",', "", r"layers\[0\].shear is missing; it needs a pressure such as '5 kPa'"),
+        ("shear =", "shaer =", r"layers\[0\].shaer is no known field; did you mean 'shear'"),
+        ('"rubber"', '"rubbr"', r"layers\[0\].kind = 'rubbr' is unknown; it is one of 'rubber'"),
+        ('"rubber"', "3", r"layers\[0\].kind = 3 is unknown; it is one of 'rubber'"),
+    ],
+)
+def test_messages_of_its_case_file(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "case.toml"
+    path.write_text(CASE.replace(old, new, 1))
+    with pytest.raises(fp.files.CaseError, match=message):
+        fp.read_case(path)
 
 
 @pytest.mark.xfail(

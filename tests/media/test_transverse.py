@@ -49,7 +49,7 @@ def test_isotropic_and_incompressible_constants():
     ("constants", "message"),
     [
         ((1.0, 0.1, 0.3, 0.3, 1.0), r"poisson_axial = 0.3 makes the body unstable.* give 0.03"),
-        ((1.0, 1.0, 1.0, 0.0, 1.0), r"poisson_in_plane = 1 must lie in -1"),
+        ((1.0, 1.0, 1.0, 0.0, 1.0), r"poisson_in_plane = 1.0 must lie in -1"),
         ((1.0, 1.0, 0.3, 0.3, 0.0), r"TransverselyIsotropicHalfSpace.shear"),
         ((-1.0, 1.0, 0.3, 0.3, 1.0), r"TransverselyIsotropicHalfSpace.young_in_plane"),
         ((1.0, 1.0, 0.3, float("nan"), 1.0), r"TransverselyIsotropicHalfSpace.poisson_axial"),
@@ -117,6 +117,9 @@ def test_case_file(tmp_path):
         fp.read_case(path)
     path.write_text(CASE.replace("poisson_axial = 0.2", "poisson_axial = 0.9"))
     with pytest.raises(CaseError, match=r"poisson_axial.*0.9"):
+        fp.read_case(path)
+    path.write_text(CASE.replace("poisson = 0.25", "poisson = 1.25"))
+    with pytest.raises(CaseError, match=r"layers\[0\].poisson = 1.25 must lie in -1"):
         fp.read_case(path)
     path.write_text(
         CASE.replace(

@@ -30,6 +30,17 @@ def test_every_tip_is_drawn(tip, tmp_path):
     assert plots.save_figure(figure, tmp_path / "tip.png").stat().st_size > 20_000
 
 
+@pytest.mark.parametrize("extent", [None, 1e-6, 5e-6])
+@pytest.mark.parametrize("view", ["sections", "levels", "surface"])
+def test_a_flat_end_is_drawn_with_its_side(view, extent):
+    axes = fp.plot_tip(fp.Cylinder(2e-6), view=view, extent=extent)
+    assert axes.get_title().startswith({"levels": "flat, dashed"}.get(view, view))
+    if view == "sections":
+        assert (np.ptp(axes.lines[0].get_ydata()) > 0) == (
+            extent != 1e-6
+        )  # a picture that ends within the face has no side
+
+
 def test_level_lines_lie_at_their_heights():
     tip = fp.EllipticParaboloid(2e5, 5e5)
     axes = fp.plot_tip(tip, Figure().subplots(), extent=1e-6, view="levels")

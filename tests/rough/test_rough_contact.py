@@ -1,5 +1,7 @@
 """Rough contact against closed forms (Westergaard, Hertz), a dense solver of its own, and identities."""
 
+import re
+import runpy
 import tracemalloc
 
 import numpy as np
@@ -8,7 +10,7 @@ from scipy.optimize import nnls
 
 import flatpunch as fp
 from flatpunch.reference import layers as closed
-from flatpunch.rough.contact import required
+from flatpunch.rough.solution import required
 
 E, NU = 1e9, 0.3
 HALF_SPACE = fp.HalfSpace(E, NU)
@@ -201,6 +203,60 @@ def test_robust_to_full_contact():
         assert shares[0] < 0.1
 
 
+def refined(heights, times):
+    """Heights at cells `times` finer, through the same waves."""
+    n, m = len(heights), len(heights) * times
+    waves = np.fft.fftfreq(n, 1 / n).astype(int)
+    kept = np.flatnonzero(np.abs(waves) < n / 2)
+    spectrum = np.zeros((m, m), dtype=complex)
+    spectrum[np.ix_(waves[kept], waves[kept])] = np.fft.fft2(heights)[np.ix_(kept, kept)]
+    # centres of fine cells are not those of the wide ones
+    shift = np.exp(-1j * np.pi * (times - 1) / m * np.fft.fftfreq(m, 1 / m))
+    return np.fft.ifft2(spectrum * shift[:, None] * shift).real * times**2
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("cut_off", [0, 3, 4, 6, 8, 16])
+@pytest.mark.parametrize("medium", [HALF_SPACE, layer(3e-6, 10 * E, base=HALF_SPACE), layer(5e-6, poisson=0.45)])
+def test_errors_of_the_cells_cover_finer_cells(cut_off, medium):
+    """Cells three times finer; white noise, cut off at no wave, is noted, and its largest pressure has no limit."""
+    rng = np.random.default_rng(cut_off)
+    for n in (32, 45):
+        heights = 1e-7 * rng.standard_normal((n, n))
+        if cut_off:
+            seed, hurst = int(rng.integers(1000)), rng.uniform(0.2, 1)
+            heights = fp.self_affine(
+                n, H, hurst=hurst, rms_slope=0.05, cut_off=cut_off * H, roll_off=n / 2 * H, seed=seed
+            ).heights
+        rough = fp.Topography(heights, H)
+        pressure = STAR * rough.rms_slope * np.array([0.01, 0.1, 0.3])
+        found = fp.rough_contact(medium, rough, pressure=pressure)
+        finer = fp.rough_contact(medium, fp.Topography(refined(heights, 3), H / 3), pressure=pressure)
+        for name, error in (
+            ("area_fraction_corrected", "area"),
+            ("mean_gap", "mean_gap"),
+            ("max_pressure", "max_pressure"),
+        ):
+            if cut_off or error != "max_pressure":
+                assert (np.abs(found[name] - finer[name]) <= found[f"{error}_error"]).all()
+        assert cut_off or "on cells twice as wide the area differs" in found.notes
+
+
+def test_well_resolved_surfaces_have_small_errors_and_no_note():
+    x = np.arange(128) * H
+    rough = fp.Topography(1e-7 * np.cos(2 * np.pi * x / (64 * H)) * np.cos(2 * np.pi * x[:, None] / (64 * H)), H)
+    found = fp.rough_contact(HALF_SPACE, rough, pressure=1e6)
+    assert found.area_error < 0.1 * found.area_fraction_corrected
+    assert found.mean_gap_error < 0.01 * found.mean_gap
+    assert "twice as wide" not in found.notes
+    assert np.isnan(fp.rough_contact(HALF_SPACE, fp.self_affine(8, H, rms_height=1e-8), pressure=1e6).area_error).all()
+
+
+def test_peaks_beyond_what_solids_bear_are_noted():
+    notes = [fp.rough_contact(HALF_SPACE, wavy(64, 64, height), pressure=2e7).notes for height in (1e-7, 5e-6)]
+    assert ["the largest pressure is up to" in each for each in notes] == [False, True]
+
+
 def test_no_contact_and_its_fields():
     rough = fp.self_affine(32, H, rms_height=1e-7)
     result = fp.rough_contact(HALF_SPACE, rough, pressure=[0.0, 1e6], fields=True)
@@ -220,6 +276,30 @@ def test_patches_join_across_the_border_where_the_surface_repeats():
     assert (int(joined.patches[0]), int(apart.patches[0])) == (1, 2)
     assert "border" in apart.notes
     assert "border" not in joined.notes
+
+
+@pytest.mark.parametrize("periodic", [True, False, (False, True)])
+def test_a_tilted_scan_is_noted_and_levelled(tmp_path, periodic):
+    """The tilt of the mount in a measured scan; a wave of the length of the period holds a plane too, and is none."""
+    flat, x = fp.self_affine(64, H, rms_height=1e-8, roll_off=30 * H, cut_off=8 * H), np.arange(64) * H
+    np.savez(tmp_path / "scan.npz", x=x, y=x, z=flat.heights + 0.002 * x)
+    tilted, levelled = (
+        fp.read_topography(tmp_path / "scan.npz", periodic=periodic, level=level) for level in (False, True)
+    )
+    assert re.search(r"A plane of slopes 0.00(20|19)", fp.rough_contact(HALF_SPACE, tilted, pressure=1e5).notes)
+    assert "A plane" not in fp.rough_contact(HALF_SPACE, levelled, pressure=1e5).notes
+    # the random surface holds a plane of its own, 4 % of its variance
+    assert levelled.rms_height == pytest.approx(1e-8, rel=0.03)
+    wave = fp.Topography(1e-8 * np.sin(2 * np.pi * x / (64 * H)) * np.ones((64, 1)), H)
+    assert "A plane" not in fp.rough_contact(HALF_SPACE, wave, pressure=1e5).notes
+
+
+def test_the_reported_tilted_scan(cases, tmp_path, monkeypatch, capsys):
+    """Its README: a note wherever the plane is most of the rms height, which is at every tilt of the report."""
+    monkeypatch.chdir(tmp_path)
+    runpy.run_path(str(cases / "38_tilted_scan" / "show.py"))
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.startswith("0.0 ") for line in lines] == ["A plane of slopes" not in line for line in lines]
 
 
 def test_pressure_of_a_step_loads_the_inside():
@@ -382,4 +462,4 @@ def test_spacing_in_a_wrong_unit_is_told(spacing, words):
     heights = fp.self_affine(32, H, rms_slope=0.1).heights
     notes = fp.rough_contact(HALF_SPACE, fp.Topography(heights, spacing), pressure=[0.01 * STAR, 0.02 * STAR]).notes
     assert words in notes
-    assert bool(words) == ("spacing" in notes)
+    assert bool(words) == ("units of heights" in notes)

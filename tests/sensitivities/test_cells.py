@@ -22,7 +22,7 @@ def test_cells_against_differences_on_the_same_cells(medium, tip):
     found = fp.sensitivity(medium, tip, depth=0.3, method=method)
     for parameter in parameters(medium, tip):
 
-        def force(value, name=parameter.name):
+        def force(value, name=parameter.path):
             body, shape = with_values(medium, tip, {name: value})
             (solution,) = fp.bem.solve(fp.compliance(body), shape, depths=0.3, grid=GRID, tolerance=1e-9)
             return np.log(solution.force)
@@ -32,7 +32,7 @@ def test_cells_against_differences_on_the_same_cells(medium, tip):
         wanted = parameter.value * (force(parameter.value + step) - force(parameter.value - step)) / (2 * step)
         # the punch's pressure is singular at the edge, where the change of the tip is largest: each cell that joins counts
         accuracy = 2e-3 if parameter.body < 0 else 2e-4
-        assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted, abs=accuracy), parameter.name
+        assert float(found.force.sel(parameter=parameter.path)) == pytest.approx(wanted, abs=accuracy), parameter.path
     assert float(found.force.values[found.unit.values == "Pa"].sum()) == pytest.approx(1.0, abs=1e-6)
 
 

@@ -65,7 +65,7 @@ def logarithmic(medium, tip, parameter, **given):
     """d ln of force, depth, stiffness and radius by d ln of one parameter, from public results."""
 
     def at(value):
-        return np.log(solved(*with_values(medium, tip, {parameter.name: value}), **given))
+        return np.log(solved(*with_values(medium, tip, {parameter.path: value}), **given))
 
     step = parameter.step or (2e-3 if parameter.kind == "poisson" else 1e-2 * parameter.value)
     return parameter.value * difference(at, parameter.value, step)
@@ -84,20 +84,20 @@ def test_against_differences_of_public_results(medium, tip, radius, accuracy):
     found = fp.sensitivity(medium, tip, depth=depth)
     chosen = parameters(medium, tip)
     if medium in FEW:
-        chosen = [each for each in chosen if each.name in FEW[medium]]
+        chosen = [each for each in chosen if each.path in FEW[medium]]
     for parameter in chosen:
-        at = found.sel(parameter=parameter.name)
+        at = found.sel(parameter=parameter.path)
         at_depth = logarithmic(medium, tip, parameter, depth=depth)
-        assert float(at.force) == pytest.approx(at_depth[0], rel=accuracy, abs=accuracy), parameter.name
-        assert float(at.stiffness) == pytest.approx(at_depth[2], rel=accuracy, abs=accuracy), parameter.name
-        assert float(at.radius) == pytest.approx(at_depth[3], rel=accuracy, abs=accuracy), parameter.name
+        assert float(at.force) == pytest.approx(at_depth[0], rel=accuracy, abs=accuracy), parameter.path
+        assert float(at.stiffness) == pytest.approx(at_depth[2], rel=accuracy, abs=accuracy), parameter.path
+        assert float(at.radius) == pytest.approx(at_depth[3], rel=accuracy, abs=accuracy), parameter.path
         if medium not in FEW:
             at_force = logarithmic(medium, tip, parameter, force=force)
-            assert float(at.depth) == pytest.approx(at_force[1], rel=accuracy, abs=accuracy), parameter.name
+            assert float(at.depth) == pytest.approx(at_force[1], rel=accuracy, abs=accuracy), parameter.path
             assert float(at.stiffness_at_force) == pytest.approx(at_force[2], rel=accuracy, abs=accuracy), (
-                parameter.name
+                parameter.path
             )
-            assert float(at.radius_at_force) == pytest.approx(at_force[3], rel=accuracy, abs=accuracy), parameter.name
+            assert float(at.radius_at_force) == pytest.approx(at_force[3], rel=accuracy, abs=accuracy), parameter.path
 
 
 @pytest.mark.long
@@ -123,7 +123,7 @@ def test_entries_of_tables_near_kinks_of_their_cubics(seed):
     rises[2] = rises[1] / 3 * (1.01 + 0.01 * seed)
     table = np.arange(4.0), np.cumsum([0.7, *rises])
     graded = fp.Medium([fp.GradedLayer(table, 0.3, 3.0)], base=fp.RigidBase())
-    entries = [each for each in parameters(graded, None) if ".entries" in each.name]
+    entries = [each for each in parameters(graded, None) if ".entries" in each.path]
     z = np.linspace(0, 3, 40)
     total = sum(each.value * law_change(each, z) for each in entries)
     np.testing.assert_allclose(total, graded.layers[0].young_at(z), rtol=1e-9)
@@ -145,7 +145,7 @@ def test_flat_end():
     found = fp.sensitivity(FILM, tip, depth=0.01)
     for parameter in parameters(FILM, tip):
         wanted = logarithmic(FILM, tip, parameter, depth=0.01)
-        at = found.sel(parameter=parameter.name)
+        at = found.sel(parameter=parameter.path)
         assert [float(at.force), float(at.stiffness), float(at.radius)] == pytest.approx(wanted[[0, 2, 3]], abs=1e-9)
 
 
@@ -155,14 +155,14 @@ def test_flat_end_on_thin_layers():
     found = fp.sensitivity(THIN, fp.Cylinder(0.8), depth=0.1)
     for parameter in parameters(THIN, fp.Cylinder(0.8))[:-1]:
 
-        def force(value, name=parameter.name):
+        def force(value, name=parameter.path):
             changed, _ = with_values(THIN, None, {name: value})
             return np.log(float(fp.indent(changed, fp.Cylinder(0.8), depth=0.1).force[0]))
 
         step = 2e-3 if parameter.kind == "poisson" else 1e-2 * parameter.value
         wanted = parameter.value * difference(force, parameter.value, step)
-        assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted, abs=ON_HOMOGENEOUS), (
-            parameter.name
+        assert float(found.force.sel(parameter=parameter.path)) == pytest.approx(wanted, abs=ON_HOMOGENEOUS), (
+            parameter.path
         )
 
 
@@ -216,7 +216,7 @@ def test_first_order_of_the_mean_profile():
     found = fp.sensitivity(FILM, tip, depth=0.2, method="first-order")
     for parameter in parameters(FILM, tip):
         wanted = logarithmic(FILM, tip, parameter, depth=0.2)
-        assert float(found.force.sel(parameter=parameter.name)) == pytest.approx(wanted[0], abs=1e-8)
+        assert float(found.force.sel(parameter=parameter.path)) == pytest.approx(wanted[0], abs=1e-8)
 
 
 @pytest.mark.long

@@ -1,30 +1,28 @@
-"""A layer kind of one file, registered nowhere: the smallest that can be."""
+"""A layer kind of one file: the smallest that can be."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
-from flatpunch._support.checks import Array, positive
+from flatpunch._support.case_kinds import in_case_files
+from flatpunch._support.checks import Array
+from flatpunch._support.numbers import a_pressure
 from flatpunch._support.readable import readable
 from flatpunch.media import AnyLayer, Interface, Isotropic
-from flatpunch.media.interface import lower_face
+from flatpunch.media.material import Thickness
 from flatpunch.media.plane import Plane, isotropic_slopes
 
 
+@in_case_files("layers", "rubber")
 @readable
 @dataclass(frozen=True, slots=True)
 class RubberLayer(Isotropic, AnyLayer):
     """Incompressible isotropic layer of a shear modulus [Pa] and a thickness [m]: E = 3 G, nu = 1/2."""
 
-    shear: float
-    thickness: float
+    shear: Annotated[float, a_pressure("shear modulus")]
+    thickness: Thickness
     bonded: bool | Interface = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "shear", positive("RubberLayer.shear", self.shear, unit="Pa"))
-        object.__setattr__(self, "thickness", positive("RubberLayer.thickness", self.thickness, unit="m"))
-        object.__setattr__(self, "bonded", lower_face("RubberLayer.bonded", self.bonded))
 
     @property
     def numbers(self) -> tuple[str, ...]:

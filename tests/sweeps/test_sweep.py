@@ -209,10 +209,16 @@ def test_the_command(case, tmp_path):
     assert all(path.stat().st_mtime_ns > then for path, then in before.items())
 
 
+def test_the_output_may_be_a_table(case, tmp_path):
+    good = ["sweep", case, "--vary", "indenter.radius=1um,2um", "--workers", 1]
+    assert run(*good, "-o", tmp_path / "a.csv", "--csv", tmp_path / "b.csv").exit_code == 0
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+
+
 def test_the_command_refuses(case, tmp_path):
     good = ["sweep", case, "--vary", "indenter.radius=1um,2um"]
     for arguments, words in [
-        ([*good, "-o", "x.csv"], "--output x.csv: the ending must be .nc"),
+        ([*good, "-o", "x.txt"], "--output x.txt: the ending must be .nc or .csv"),
         ([*good, "--plot", "missing/x.png"], "the folder missing does not exist"),
         (["sweep", case, "--vary", "indenter.radius"], "must be PATH=VALUES"),
         ([*good, "--vary", "indenter.radius=3um"], "varied twice"),

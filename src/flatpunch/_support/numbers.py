@@ -51,6 +51,13 @@ class Number:
         Whether a case file must give it although the constructor has a default.
     ascending : bool
         Whether the numbers of a sequence do not fall.
+    held : bool
+        Of a law of depth: whether it is a value of the law, which has the unit and the range of the field that holds the law, and
+        its name after that of the field; without a name of its own the law is this number alone.
+    law : bool
+        Whether a law of depth may stand in the place of one number; it is checked by the class that holds it.
+    shared : bool
+        Whether two bodies in contact must have it in common, so that it does not vary in one of them alone.
     """
 
     what: str
@@ -67,6 +74,9 @@ class Number:
     varies: bool = True
     needed: bool = False
     ascending: bool = False
+    held: bool = False
+    law: bool = False
+    shared: bool = False
 
     @property
     def low(self) -> float:
@@ -92,25 +102,46 @@ class Number:
         """Return a value as a number in its range; the message of the error has the name, the value and the remedy."""
         if self.whole:
             return whole(name, value, int(self.least), self.remedy, most=int(self.most))
-        condition = f">= {self.least:g}" if self.least > self.above else f"> {self.above:g}"
         one_sided = math.isfinite(self.low) and math.isinf(self.high)
         number = (
-            real_or_hint(name, value, condition, self.remedy, self._converted)
+            real_or_hint(name, value, self._condition, self.remedy, self.converted)
             if one_sided
-            else real(name, value, self._converted)
+            else real(name, value, self.converted)
         )
-        if self.above < number < self.below and self.least <= number <= self.most:
-            return number
-        limits = f"be finite and {condition}" if one_sided else f"lie between {self.low:g} and {self.high:g}"
-        raise BadValue(name, repr(number), self.outside or f"must {limits}. {self.remedy}")
+        if fault := self.fault(number):
+            raise BadValue(name, repr(number), fault)
+        return number
+
+    def fault(self, value: float) -> str:
+        """What a value outside the range must fulfil, and the remedy; empty for one inside."""
+        if self.above < value < self.below and self.least <= value <= self.most:
+            return ""
+        if self.outside or (math.isinf(self.low) and math.isinf(self.high)):
+            return self.outside or f"must be finite. {self.remedy}"
+        limits = (
+            f"be finite and {self._condition}"
+            if math.isinf(self.high)
+            else f"lie between {self.low:g} and {self.high:g}"
+        )
+        return f"must {limits}. {self.remedy}"
+
+    @property
+    def _condition(self) -> str:
+        """Lower end of the range."""
+        return f">= {self.least:g}" if self.least > self.above else f"> {self.above:g}"
 
     def sequence(self, name: str, value: Any) -> tuple[float, ...]:
         """Return a sequence of values in the range."""
-        found = values(name, value, minimum=-math.inf, unit=self._converted, smallest=0.0).tolist()
-        return tuple(self.checked(f"{name}[{i}]" if np.ndim(value) else name, each) for i, each in enumerate(found))
+        found = values(name, value, minimum=-math.inf, unit=self.converted)
+        inside = (found > self.above) & (found >= self.least) & (found < self.below) & (found <= self.most)
+        if inside.all() and not self.whole:
+            return tuple(found.tolist())
+        return tuple(
+            self.checked(f"{name}[{i}]" if np.ndim(value) else name, each) for i, each in enumerate(found.tolist())
+        )
 
     @property
-    def _converted(self) -> str | None:
+    def converted(self) -> str | None:
         """The unit to which quantities are converted."""
         return None if self.unit is None else self.unit.replace("^", "**") or "1"
 
@@ -128,6 +159,11 @@ def a_pressure(what: str, **more: Any) -> Number:
 def a_time(what: str, **more: Any) -> Number:
     """A time > 0 [s]."""
     return Number(what, "s", **{"above": 0.0, "example": "0.5 s", **more})
+
+
+def a_stiffness(what: str, **more: Any) -> Number:
+    """A stiffness of an interface > 0 [Pa/m]."""
+    return Number(what, "Pa/m", **{"above": 0.0, "example": "20 GPa/um", **more})
 
 
 def a_curvature(what: str, **more: Any) -> Number:
@@ -181,6 +217,12 @@ def arguments(made_by: Any) -> dict[str, Argument]:
     return found
 
 
+def number_of(made_by: Any, name: str) -> Number | None:
+    """The declaration of an argument, if it has one."""
+    argument = arguments(made_by).get(name)
+    return argument and argument.number
+
+
 def number_in(hint: Any) -> Number | None:
     """The declaration in an annotation, of a sequence or an optional number too."""
     notes = (note for part in _parts(hint) for note in getattr(part, "__metadata__", ()))
@@ -197,13 +239,18 @@ def _checked(argument: Argument, called: str, value: object) -> object:
         return None
     if argument.number is None:
         return switch(called, value)
+    if argument.number.law:
+        return value
     if argument.many and not (argument.default == () and isinstance(value, (tuple, list)) and not value):
         return argument.number.sequence(called, value)
     return () if argument.many else argument.number.checked(called, value)
 
 
 class Checked:
-    """A frozen dataclass whose declared numbers and truth values are checked when it is made."""
+    """A frozen dataclass whose declared numbers and truth values are checked when it is made.
+
+    Dataclasses with slots cannot call `super()`: a base that checks more calls `Checked.__post_init__` by name.
+    """
 
     __slots__ = ()
 
@@ -257,23 +304,29 @@ class Place(NamedTuple):
     owner: object
 
 
-def numbers_of(thing: object, path: str = "") -> Iterator[Place]:
-    """Yield all numbers of an object that may vary, in the order of its fields; without any declarations all its floats."""
+def numbers_of(thing: object, path: str = "", law_of: Number | None = None) -> Iterator[Place]:
+    """Yield all numbers of an object that may vary, in the order of its fields; without any declarations all its floats.
+
+    `_declared_` of an object has declarations that depend on its kind, in the place of those of its fields.
+    `law_of` declares the field that holds the object, where it is a law of depth.
+    """
     if isinstance(thing, tuple):
         for i, entry in enumerate(thing):
             yield from numbers_of(entry, f"{path}[{i}]")
     if not dataclasses.is_dataclass(thing):
         return
     owner: Any = type(thing)
-    known = {name: argument.number for name, argument in arguments(owner).items()}
-    for field in dataclasses.fields(thing):
+    known = {name: argument.number for name, argument in arguments(owner).items()} | getattr(thing, "_declared_", {})
+    for field in (each for each in dataclasses.fields(thing) if each.init):
         here, value = f"{path}.{field.name}" if path else field.name, getattr(thing, field.name)
         number = known.get(field.name) if known else Number(field.name, None)
         entries = value if isinstance(value, tuple) else (value,)
         if number is None or not entries or not all(isinstance(each, float) for each in entries):
-            if field.init:
-                yield from numbers_of(value, here)
+            yield from numbers_of(value, here, number or law_of)
         elif number.varies:
+            if number.held and law_of is not None:
+                here = here if number.what else path
+                number = dataclasses.replace(law_of, what=f"{law_of.what} {number.what}".rstrip())
             places = [f"{here}[{j}]" for j in range(len(entries))] if isinstance(value, tuple) else [here]
             yield from (Place(at, each, number, thing) for at, each in zip(places, entries, strict=True))
 

@@ -15,18 +15,16 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from flatpunch._support.numbers import arguments
+from flatpunch._support.numbers import number_of
 from flatpunch._support.prefixes import text
 
 UNITS = {
-    **dict.fromkeys(("young", "modulus", "top", "bottom", "shear", "pressure", "traction"), "Pa"),
-    **dict.fromkeys(("young_in_plane", "young_axial"), "Pa"),
-    **dict.fromkeys(("thickness", "radius", "depth", "spacing", "reach", "depths", "apex", "center"), "m"),
-    **dict.fromkeys(("Interface.normal", "Interface.shear"), "Pa/m"),
+    **dict.fromkeys(("pressure", "traction"), "Pa"),
+    **dict.fromkeys(("radius", "depth", "spacing", "reach", "apex", "center"), "m"),
     "force": "N",
-    **dict.fromkeys(("time", "times"), "s"),
+    "time": "s",
 }
-"""SI units of fields that are not declared, by their names; with their class where others use the name for something else."""
+"""SI units of fields that are not declared, by their names."""
 
 _LISTED = 4
 """Longest sequence that is written in full."""
@@ -117,10 +115,8 @@ def html_of(thing: object) -> str:
 def unit_of(thing: object, name: str) -> str:
     """SI unit of a field of an object, empty without one."""
     owner: Any = type(thing)
-    declared = arguments(owner).get(name)
-    if declared is not None and declared.number is not None:
-        return declared.number.unit or ""
-    return UNITS.get(f"{owner.__name__}.{name}", UNITS.get(name, ""))
+    declared = number_of(owner, name)
+    return UNITS.get(name, "") if declared is None else declared.unit or ""
 
 
 def quantity_of(value: object, unit: str) -> str:

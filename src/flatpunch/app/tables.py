@@ -1,16 +1,15 @@
 """What the page asks for: the fields of the tables of case files, with the kind of each, and a value to begin with.
 
-The tables of `files.tables` are the only place where fields are listed. Those of tips are made of their classes, whose fields
-are declared with their names in words and the values that the page proposes: a new indenter is on the page by itself.
+The tables of `files.tables` are the only place where fields are listed. Those of media and tips are made of their classes, whose
+fields are declared with their names in words and the values that the page proposes: a new kind is on the page by itself.
 """
 
 from __future__ import annotations
 
 import re
-import types
-from collections.abc import Iterator
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Literal, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
@@ -18,39 +17,13 @@ from pydantic_core import PydanticUndefined
 from flatpunch._support.numbers import Number
 from flatpunch._support.paths import Plain
 from flatpunch.files.tables.fields import Table
-from flatpunch.files.tables.indenters import IndenterTable
+from flatpunch.files.tables.indenters import kinds
 from flatpunch.files.tables.made import Made
-from flatpunch.files.tables.media import BaseTable, LayerTable
+from flatpunch.files.tables.media import BASE_KINDS, LAYER_KINDS
 from flatpunch.files.tables.stress import StrengthTable
-
-_PROPOSED = {
-    "young": "5 kPa",
-    "poisson": "0.5",
-    "thickness": "1.2 um",
-    "exponent": "0.3",
-    "modulus": "5 kPa",
-    "depth": "1 um",
-}
-"""Values that the page proposes for numbers of media that a case needs; those of tips are declared with their fields."""
-
-_PROPOSED_OF = {
-    "base.half-space.young": "70 GPa",
-    "base.half-space.poisson": "0.22",
-}
 
 _LEFT_OUT = {"kind", "file"}
 """The kind is chosen by itself; the page reads no files that a case names."""
-
-_LABELS = {
-    "young": "Young's modulus",
-    "poisson": "Poisson ratio",
-    "bonded": "Lower face",
-    "shear": "Shear modulus along z",
-    "young_axial": "Young's modulus along z",
-    "poisson_axial": "Poisson ratio along z",
-    "layers.interface_normal": "Interface stiffness, normal",
-    "layers.interface_shear": "Interface stiffness, shear",
-}
 
 
 @dataclass(frozen=True)
@@ -82,28 +55,18 @@ class Asked:
 def page_tables() -> Plain:
     """Everything the page needs to know to draw its form, as plain data."""
     return {
-        "layers": [asdict(field) for field in asked(LayerTable, "layers")],
-        "base": _kinds(BaseTable, "base"),
-        "indenter": _kinds(IndenterTable, "indenter"),
+        "layers": _kinds(LAYER_KINDS()),
+        "base": _kinds(BASE_KINDS()),
+        "indenter": _kinds(kinds()),
         "strengths": [
-            *(asdict(replace(field, example="2 GPa")) for field in asked(StrengthTable, "strengths")),
+            *(asdict(replace(field, example="2 GPa")) for field in asked(StrengthTable)),
             asdict(Asked("residual_stress", "Residual stress", "quantity", example="-1 GPa")),
         ],
     }
 
 
-def kinds_of(union: object, *, files: bool = False) -> dict[str, type[Table]]:
-    """Tables of a union by the `kind` that chooses them; without `files` those that need a file are left out."""
-    found = {}
-    for table in _members(union):
-        (kind,) = get_args(table.model_fields["kind"].annotation)
-        if files or "file" not in table.model_fields or not table.model_fields["file"].is_required():
-            found[kind] = table
-    return found
-
-
-def asked(table: type[Table], prefix: str) -> list[Asked]:
-    """Fields of a table; `prefix` names the section, and its kind if it has kinds."""
+def asked(table: type[Table]) -> list[Asked]:
+    """Fields of a table."""
     found = []
     begins = table.proposed() if issubclass(table, Made) else set()
     for name, info in table.model_fields.items():
@@ -112,39 +75,22 @@ def asked(table: type[Table], prefix: str) -> list[Asked]:
         kind, example, choices = _how(info)
         number = next((note for note in info.metadata if isinstance(note, Number)), None)
         needed = info.is_required() or name in begins
-        proposed = number.example if number else _PROPOSED_OF.get(f"{prefix}.{name}", _PROPOSED.get(name, ""))
-        value = proposed if needed else ""
+        value = number.example if number and needed else ""
         if kind == "switch" and info.default is not PydanticUndefined and info.default is not None:
             value = "true" if info.default else "false"
-        label = (
-            number.what
-            if number
-            else _LABELS.get(f"{prefix}.{name}") or _LABELS.get(name) or name.replace("_", " ").capitalize()
-        )
+        label = number.what if number else info.title or name.replace("_", " ")
         label = label[:1].upper() + label[1:]
         found.append(Asked(name, label, kind, value, example, choices))
     return found
 
 
-def _kinds(union: object, section: str) -> Plain:
+def _kinds(tables: Mapping[str, type[Table]]) -> Plain:
+    """Fields of each kind; the page reads no files."""
     return {
-        kind: {
-            "about": (table.__doc__ or "").strip(),
-            "fields": [asdict(field) for field in asked(table, f"{section}.{kind}")],
-        }
-        for kind, table in kinds_of(union).items()
+        kind: {"about": (table.__doc__ or "").strip(), "fields": [asdict(field) for field in asked(table)]}
+        for kind, table in tables.items()
+        if "file" not in table.model_fields or not table.model_fields["file"].is_required()
     }
-
-
-def _members(union: Any) -> Iterator[type[Table]]:
-    """Tables of a union, through annotations and unions inside it."""
-    if get_origin(union) is Annotated:
-        yield from _members(get_args(union)[0])
-    elif get_origin(union) in (Union, types.UnionType):
-        for member in get_args(union):
-            yield from _members(member)
-    else:
-        yield union
 
 
 def _how(info: FieldInfo) -> tuple[str, str, tuple[str, ...]]:

@@ -81,9 +81,15 @@ def check(case: CaseFile) -> None:
     """
     from flatpunch.files import describe, read_case
     from flatpunch.files.cases import is_fit_case
+    from flatpunch.files.rough import describe_rough, is_rough_case, read_rough_case
     from flatpunch.fits.case import describe_fit, read_fit_case
 
-    lines = describe_fit(read_fit_case(case)) if is_fit_case(case) else describe(read_case(case))
+    if is_fit_case(case):
+        lines = describe_fit(read_fit_case(case))
+    elif is_rough_case(case):
+        lines = describe_rough(read_rough_case(case))
+    else:
+        lines = describe(read_case(case))
     for line in lines:
         say(line)
 

@@ -109,19 +109,31 @@ def read(
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
-    """Show how a measured curve is read, before any fit.
+    """Show how a measured curve is read, or each of a folder or a map, before any fit.
 
     Columns, units and calibration with their origin, which way the tip goes, approach, hold and retract, the baseline, where
     the contact begins, and what a fit leaves out or why it refuses the curve.
     """
     _check_order(curve, case)
     from flatpunch.fits.case import read_fit_case
-    from flatpunch.fits.measured.files.readers import read_curve
+    from flatpunch.fits.measured.curve import CurveError
+    from flatpunch.fits.places import listed_in
     from flatpunch.fits.reading import reading_of
 
     loaded = None if case is None else read_fit_case(case)
-    measured = read_curve(curve, **({} if loaded is None else loaded.reading))
-    say("\n".join((measured.name, *(f"  {line}" for line in reading_of(measured, loaded).lines))))
+    reading = {} if loaded is None else loaded.reading
+    places = listed_in(curve, reading)
+    if plot is not None and len(places) > 1:
+        raise ValueError(f"--plot goes with a single curve; {curve} holds {len(places)}.")
+    for place in places:
+        try:
+            measured = place.read(reading)
+        except CurveError as error:
+            if len(places) == 1:
+                raise
+            say(f"{place.name}\n  not read: {error}")
+        else:
+            say("\n".join((measured.name, *(f"  {line}" for line in reading_of(measured, loaded).lines))))
     write_all((plot, drawn("fits.reading:measured_figure", measured, loaded, style=style)))
 
 
@@ -274,12 +286,10 @@ def _fit_folder(
     from dataclasses import replace
 
     from flatpunch.fits.batch import Batch, fit_rows, placed
-    from flatpunch.fits.places import Records, files_in, listed, values_in
+    from flatpunch.fits.places import Records, listed_in, values_in
 
-    items = listed(files_in(folder) if is_folder(folder) else [folder], case.reading)
-    known = (
-        {} if values is None else values_in(values, items, {n: each.number for n, each in case.sample.numbers.items()})
-    )
+    items = listed_in(folder, case.reading)
+    known = {} if values is None else values_in(values, items, case.sample.numbers)
     places = placed(items, known, case.sample, case.free)
     settings = replace(case.settings, quick=True)
     records = Records(output.with_suffix(".records")) if output is not None else None

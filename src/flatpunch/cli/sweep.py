@@ -13,9 +13,9 @@ from rich.console import Console
 from flatpunch._support.messages import toml
 from flatpunch.cli.terminal import (
     CaseFile,
-    NetCDFOption,
     Output,
     PlotOption,
+    ResultOption,
     StyleOption,
     command,
     drawn,
@@ -41,7 +41,7 @@ def sweep(
             show_default="the table [vary] of the case file",
         ),
     ] = None,
-    output: NetCDFOption = None,
+    output: ResultOption = None,
     csv: Annotated[
         Path | None,
         typer.Option(help="Table as CSV, a line for each point and step, besides the output."),
@@ -114,7 +114,7 @@ def _finish(
         out.print(line, style="red", markup=False, highlight=False, soft_wrap=True)
     drawable = picture[0] if failed < result["status"].size else None
     write_all(
-        (output, lambda path: save(result, path)),
+        (output, lambda path: (save_table if path.suffix == ".csv" else save)(result, path)),
         (csv, lambda path: save_table(result, path)),
         (drawable, lambda path: _draw(result, path, picture[1], quantity, step)),
     )

@@ -153,7 +153,7 @@ def compliance(medium: Body) -> Kernel:
     if underlying(medium).free:
         raise ValueError(
             "medium = FreeLayer(...) lifts off its base, so that it has no compliance: only `indent` takes it, with round "
-            "tips. A layer that is held down is Medium([Layer(..., bonded=False)], base=...)."
+            "tips and flat punches. A layer that is held down is Medium([Layer(..., bonded=False)], base=...)."
         )
     return _tabulated(medium) if isinstance(medium, TabulatedMedium) else _kernel(medium)
 

@@ -110,8 +110,8 @@ def check_free_layer(indenter: Indenter, method: Method | None, others: Mapping[
         )
     if not indenter.round:
         raise ValueError(
-            f"indenter = {type(indenter).__name__} is not round: a FreeLayer takes round tips and Cylinder. A layer that is held "
-            "down, Layer(bonded=False), takes any."
+            f"indenter = {type(indenter).__name__} is not round: a FreeLayer takes round tips and Cylinder, a flat punch. A "
+            "layer that is held down, Layer(bonded=False), takes any."
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
@@ -216,7 +217,7 @@ def _result(
         value,
         before,
         misfit,
-        tuple(Minimum(end.cost, tuple(spread.external(end.u).tolist())) for end in minima),
+        tuple(_minimum(objective, end, spread) for end in minima),
         tuple(notes),
         problem.evaluations,
     )
@@ -278,6 +279,11 @@ def _undetermined(spread: Variables, slope: Array) -> list[str]:
         f"What is prescribed determines {rank} combination{plural} of the {len(spread.names)} numbers: other designs do the "
         "same. Prescribe more, or vary less."
     ]
+
+
+def _minimum(objective: Target | LargestLoad, end: End, spread: Variables) -> Minimum:
+    misfit, load = (None, math.exp(-end.cost)) if isinstance(objective, LargestLoad) else (end.cost, None)
+    return Minimum(misfit, load, tuple(spread.external(end.u).tolist()))
 
 
 def _minima(objective: Target | LargestLoad, ends: list[End], minima: list[End]) -> list[str]:

@@ -33,9 +33,10 @@ class DesignedValue:
 
 @dataclass(frozen=True, slots=True)
 class Minimum:
-    """Where one of the starts ended: its misfit (of a load, minus its logarithm) and the values, in the order of the table."""
+    """Where one of the starts ended: its misfit, or the largest load [N], and the values in the order of the table."""
 
-    misfit: float
+    misfit: float | None
+    load: float | None
     values: tuple[float, ...]
 
 

@@ -88,8 +88,8 @@ class Variables:
 
     def renewed(self, medium: Body, indenter: Indenter) -> list[Parameter]:
         """The wanted parameters with the values and laws of a new case."""
-        known = {each.name: each for each in parameters(medium, indenter)}
-        return [known[each.name] for each in self.wanted]
+        known = {each.path: each for each in parameters(medium, indenter)}
+        return [known[each.path] for each in self.wanted]
 
 
 def variables(medium: Body, indenter: Indenter, vary: Mapping[str, tuple[float, float]]) -> Variables:
@@ -98,7 +98,7 @@ def variables(medium: Body, indenter: Indenter, vary: Mapping[str, tuple[float, 
         raise TypeError(
             f"vary = {shown(vary)} must name the numbers to vary with their bounds, e.g. {{'layers[0].thickness': (1e-7, 1e-5)}}."
         )
-    known = {each.name: each for each in parameters(medium, indenter)}
+    known = {each.path: each for each in parameters(medium, indenter)}
     entries: list[tuple[Parameter, tuple[float, float]]] = []
     slopes: tuple[float, float] | None = None
     listed: list[bool] = []
@@ -112,9 +112,9 @@ def variables(medium: Body, indenter: Indenter, vary: Mapping[str, tuple[float, 
         chosen = _chosen(name, known)
         entries += [(each, pair) for each in chosen]
         listed += [name not in known] * len(chosen)
-    if len({each.name for each, _ in entries}) < len(entries):
+    if len({each.path for each, _ in entries}) < len(entries):
         raise ValueError("vary names a number twice: a list by its name, and one of its entries.")
-    names = [each.name for each, _ in entries]
+    names = [each.path for each, _ in entries]
     units = [each.unit for each, _ in entries]
     start = [each.value for each, _ in entries]
     low, high = [pair[0] for _, pair in entries], [pair[1] for _, pair in entries]
@@ -156,7 +156,7 @@ def unit_of(medium: Body, indenter: Indenter, name: str) -> str:
     """SI unit of a number, or of the entries of a list; empty without one."""
     if name == _SLOPES:
         return ""
-    known = {each.name: each for each in parameters(medium, indenter)}
+    known = {each.path: each for each in parameters(medium, indenter)}
     return _chosen(name, known)[0].unit
 
 
@@ -181,7 +181,7 @@ def _bounds(name: object, bounds: object) -> tuple[float, float]:
 def _chosen(name: str, known: Mapping[str, Parameter]) -> list[Parameter]:
     if name in known:
         return [known[name]]
-    inside = [each for each in known.values() if each.name.startswith((f"{name}[", f"{name}.entries["))]
+    inside = [each for each in known.values() if each.path.startswith((f"{name}[", f"{name}.entries["))]
     if not inside:
         near = difflib.get_close_matches(name, known, n=1)
         advice = f"; did you mean {near[0]!r}?" if near else "."

@@ -14,7 +14,7 @@ from flatpunch._support.ceilings import ANGLES
 from flatpunch._support.checks import Array, BadValue, brief, shown, whole
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
-from flatpunch._support.reading import Unreadable, as_path, content, shown_path
+from flatpunch._support.reading import Unreadable, as_path, shown_path, text_content
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.curve import control_from
 from flatpunch.contact.default import adhesive_method
@@ -26,9 +26,9 @@ from flatpunch.contact.result import check_outlines
 from flatpunch.contact.viscoelastic import check_each, check_medium
 from flatpunch.files.nesting import check_nesting
 from flatpunch.files.tables.design import DesignCase, DesignTable
-from flatpunch.files.tables.fields import CaseError, Count, Length, Table, WorkOfAdhesion, validated
+from flatpunch.files.tables.fields import CaseError, Count, Length, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
-from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, MaterialTable, pressed
+from flatpunch.files.tables.media import MaterialTable, SampleTable
 from flatpunch.files.tables.relaxation import CaseRelaxationTable, RelaxationTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
@@ -106,15 +106,11 @@ LARGEST = 5_000_000
 """Largest case file [bytes]."""
 
 
-class ContactTable(Table):
+class ContactTable(SampleTable):
     """Bodies, tip, and what is prescribed: what case files of contacts and of fits share."""
 
     title: str = ""
     angles: Count = 360
-    layers: list[LayerTable] = Field(default=[])
-    base: BaseTable | None = None
-    upper: BodyTable | None = None
-    lower: BodyTable | None = None
     indenter: IndenterTable
     control: ControlTable | None = None
     work_of_adhesion: WorkOfAdhesion | None = None
@@ -122,12 +118,15 @@ class ContactTable(Table):
     history: HistoryTable | None = None
     relaxation: RelaxationTable | None = None
     material: MaterialTable | None = None
+    stress: StressTable | None = None
+    design: DesignTable | None = None
+    vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file
 
     @property
     def physics(self) -> Physics:
         """What acts beside elasticity."""
         for name in ("history", "stress", "design"):
-            if self.material is not None and getattr(self, name, None) is not None:
+            if self.material is not None and getattr(self, name) is not None:
                 raise ValueError(f"[material] finite_strain does not go with {name}; leave one of them out.")
         return Physics(
             self.work_of_adhesion,
@@ -144,16 +143,13 @@ class CaseTable(ContactTable):
     relaxation: CaseRelaxationTable | None = None
 
     method: str | None = None
-    stress: StressTable | None = None
-    design: DesignTable | None = None
-    vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file
 
     def build(self, folder: Path) -> Case:
         """Return the case."""
         if self.method is not None and self.method not in METHODS:
             raise BadValue("method", shown(self.method), f"is unknown; it is one of {', '.join(map(repr, METHODS))}.")
         whole("angles", self.angles, 8, "The outline is sampled at that many polar angles.", most=ANGLES)
-        medium: Any = pressed(self.layers, self.base, self.upper, self.lower)
+        medium: Any = self.pressed()
         self._check_what_is_prescribed()
         physics = self.physics
         if medium.free:
@@ -315,11 +311,9 @@ def _looks_for(value: object) -> bool:
 def case_text(path: str | Path) -> str:
     """Return the text of a case file."""
     try:
-        return content(Path(path), LARGEST).decode("utf-8")
+        return text_content(Path(path), LARGEST)
     except Unreadable as error:
         raise CaseError(f"{shown_path(path)}: {error}. Give the path of a case file in TOML.") from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{shown_path(path)}: not a text file. A case file is TOML in UTF-8.") from None
 
 
 def parsed(text: str, path: Path) -> Plain:

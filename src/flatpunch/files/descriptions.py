@@ -82,7 +82,7 @@ def describe(case: Case) -> Iterator[str]:
     """
     yield from describe_sample(case.title, case.medium, case.indenter, case.physics)
     if case.time is None:
-        yield f"Control   {_control(case)}"
+        yield f"Control   {control_words(case.control, case.values)}"
     else:
         yield f"History   {_history(case, case.time)}"
     choice = _choice(case)
@@ -265,12 +265,13 @@ def _value(value: object, unit: str) -> str:
     return quantity_of(value, unit)
 
 
-def _control(case: Case) -> str:
-    unit = "N" if case.control == "force" else "m"
-    first, last = case.values[0], case.values[-1]
-    if case.values.size == 1:
-        return f"{case.control} {text(first, unit)}"
-    return f"{case.control}, {case.values.size} steps from {text(first, unit)} to {text(last, unit)}"
+def control_words(control: str, values: Array) -> str:
+    """The quantity that is given and its steps [Pa], [N] or [m], in words."""
+    unit = {"pressure": "Pa", "force": "N"}.get(control, "m")
+    first, last = values[0], values[-1]
+    if values.size == 1:
+        return f"{control} {text(first, unit)}"
+    return f"{control}, {values.size} steps from {text(first, unit)} to {text(last, unit)}"
 
 
 def _history(case: Case, time: Array) -> str:

@@ -2,26 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pydantic import Field
-
 from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import as_path
 from flatpunch.files.cases import case_text, parsed
-from flatpunch.files.tables.fields import CaseError, Table, validated
-from flatpunch.files.tables.media import BaseTable, BodyTable, LayerTable, body
+from flatpunch.files.descriptions import control_words, describe_bodies, words
+from flatpunch.files.tables.fields import CaseError, validated
+from flatpunch.files.tables.media import SampleTable
 from flatpunch.files.tables.rough import AsperitiesTable, RoughControlTable, SurfaceTable
 from flatpunch.media import Body
 from flatpunch.rough import asperities, rough_contact
+from flatpunch.rough.solution import required
 from flatpunch.surfaces import Topography
+from flatpunch.surfaces.heights import tilt_note
 
 if TYPE_CHECKING:
     import xarray as xr
+
+_TABLES = {"surface", "asperities"}
+"""Tables of which a case file of this kind has one."""
 
 
 @readable
@@ -61,14 +67,10 @@ class RoughCase:
         return asperities(self.medium, *self.asperities, **steps)
 
 
-class RoughTable(Table):
+class RoughTable(SampleTable):
     """The whole file."""
 
     title: str = ""
-    layers: list[LayerTable] = Field(default=[])
-    base: BaseTable | None = None
-    upper: BodyTable | None = None
-    lower: BodyTable | None = None
     surface: SurfaceTable | None = None
     asperities: AsperitiesTable | None = None
     control: RoughControlTable
@@ -83,7 +85,7 @@ class RoughTable(Table):
             raise ValueError("control.pressure belongs to a [surface]; asperities take a force or a depth.")
         return RoughCase(
             self.title,
-            body(self.layers, self.base, self.upper, self.lower),
+            self.body(),
             None if self.surface is None else self.surface.built,
             None if self.asperities is None else self.asperities.built,
             control,
@@ -91,11 +93,39 @@ class RoughTable(Table):
         )
 
 
+def is_rough_case(path: str | Path) -> bool:
+    """Whether a case file has a table [surface] or [asperities]; unreadable files are left to their reader."""
+    try:
+        return bool(_TABLES & set(parsed(case_text(path), Path(path))))
+    except CaseError:
+        return False
+
+
+def describe_rough(case: RoughCase) -> Iterator[str]:
+    """Yield lines that say what a case of a rough surface would solve."""
+    yield f"Case      {case.title or '(no title)'}"
+    yield from describe_bodies(case.medium)
+    if case.surface is None:
+        assert case.asperities is not None
+        tip, places, _ = case.asperities
+        yield f"Tips      {len(places)} times {words(tip)}"
+    else:
+        rough, (ny, nx) = case.surface, case.surface.shape
+        along = [axis for axis, repeats in zip("xy", rough.periodic, strict=True) if repeats]
+        repeats = f"repeats along {' and '.join(along)}" if along else "ends at its border"
+        yield f"Surface   {nx} x {ny} cells of {text(rough.spacing, 'm')}, {repeats}"
+        yield f"          rms height {text(rough.rms_height, 'm')}, rms slope {rough.rms_slope:.3g}"
+        yield from (f"          {note}" for note in tilt_note(rough.heights, rough.spacing, rough.periodic))
+    yield f"Control   {control_words(case.control, case.values)}"
+    if case.surface is not None:
+        yield f"Takes     at most {required(case.surface) / 1e6:.0f} MB of memory"
+
+
 def read_rough_case(path: str | Path) -> RoughCase:
     """Read and check a case file with a table [surface] or [asperities]; CaseError lists all problems, one a line."""
     path = as_path("path", path)
     data = parsed(case_text(path), path)
-    if not {"surface", "asperities"} & set(data):
+    if not _TABLES & set(data):
         raise CaseError(f"{path} has neither [surface] nor [asperities]: solve it with `flatpunch solve {path}`.")
     case: RoughCase = validated(RoughTable, data, path, folder=path.parent).built
     return case

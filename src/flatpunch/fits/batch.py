@@ -20,7 +20,6 @@ from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import cores
 from flatpunch.fits.fitting import fit_model
 from flatpunch.fits.measured.curve import Curve, check_curves
-from flatpunch.fits.measured.files.readers import read_curve
 from flatpunch.fits.models import Model, model_of
 from flatpunch.fits.parameters.numbers import BESIDE
 from flatpunch.fits.parameters.sample import Sample
@@ -356,7 +355,7 @@ class _Job:
         return {**origin, **result.row(), **doubtful, **place}
 
     def _read(self, place: Place, name: str) -> Curve:
-        return replace(read_curve(place.path, **{**self.reading, "index": place.index}), name=name)
+        return replace(place.read(self.reading), name=name)
 
 
 def _origin(item: Curve | Place) -> Plain:

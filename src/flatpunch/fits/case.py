@@ -24,7 +24,6 @@ from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.descriptions import takes
 from flatpunch.files.tables.fields import validated
-from flatpunch.files.tables.media import body
 from flatpunch.fits.adhesion.model import adhesive_method
 from flatpunch.fits.cases import (
     CorrectTable,
@@ -156,7 +155,7 @@ class FitCaseTable(ContactTable):
         method_for(self.indenter.built, method)
         case = FitCase(
             self.title,
-            body(self.layers, self.base, self.upper, self.lower),
+            self.body(),
             self.indenter.built,
             {},
             settings,
@@ -227,7 +226,6 @@ def fit_case_from(data: Plain, path: Path) -> FitCase:
         own = tuple(name for place, (name, _) in names.items() if wanted[place].get("each"))
         free = dict(names.values())
         case = replace(case, free={name: free[name] for name in case.sample.numbers if name in free}, own=own)
-        case.sample.check(case.free)
         check_free(case.sample, case.free)
         _check_curves(case)
         _check_knowledge(case)

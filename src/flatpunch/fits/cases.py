@@ -16,17 +16,18 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from flatpunch._support.checks import BadValue, poisson_ratio, positive, shown
+from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.numbers import Place, a_ratio
 from flatpunch._support.paths import Plain, put
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.fits.measured.columns import STIFFNESS
-from flatpunch.fits.parameters.numbers import is_group
+from flatpunch.fits.parameters.numbers import Numbers
 from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
+from flatpunch.media.material import POISSON
 
 FRAME = si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN"))
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
@@ -180,7 +181,7 @@ class CorrectTable(Table):
             "reported": positive("reported", self.reported, unit="Pa"),
             "depth": positive("depth", self.depth, unit="m"),
             "model": self.model,
-            "reported_poisson": None if self.poisson is None else poisson_ratio("poisson", self.poisson),
+            "reported_poisson": None if self.poisson is None else POISSON.checked("poisson", self.poisson),
             "over": self.over,
         }
 
@@ -289,19 +290,19 @@ def freed(plain: Plain, called: str, wanted: Plain, sample: Callable[[Plain], Sa
     if not isinstance(wanted.get("each", False), bool):
         raise BadValue(f"{called}.each", repr(wanted["each"]), "must be true or false.")
 
-    def numbers(value: object) -> Mapping[str, Place]:
+    def numbers(value: object) -> Numbers:
         changed = copy.deepcopy(plain)
         put(changed, called, value)
         return sample(changed).numbers
 
     here, rises = numbers(wanted["fit"]), True
-    near: Mapping[str, Place] = {}
+    near = Numbers()
     for share in (_NUDGE, -_NUDGE):
         with suppress(ValueError):
             nudged, rises = _nudged(called, wanted["fit"], share)
             near = numbers(nudged)
             break
-    moved = [n for n in here.keys() & near.keys() if here[n].value != near[n].value and not is_group(here[n])]
+    moved = [n for n in here.keys() & near.keys() if here[n].value != near[n].value and n not in here.members]
     if len(moved) != 1:
         why = f"it moves {', '.join(sorted(moved))}, which fit(...) fits by their names" if moved else "it is no number"
         raise ValueError(f"{called} cannot be fitted: {why}. One can fit {', '.join(here)}.")

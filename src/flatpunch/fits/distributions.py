@@ -161,7 +161,7 @@ def plot_posterior(posterior: Posterior, name: str, second: str | None = None, a
     >>> fitted = fp.fit(fp.Curve(depth=depth, force=force), gel, tip, ["base.young"])
     >>> axes = fp.plot_posterior(fitted.posterior(draws=2000), "base.young", "contact")
     >>> axes.get_xlabel()
-    'E of base (kPa)'
+    "Young's modulus of base (kPa)"
     """
     # posteriors are loaded with their sampler
     from flatpunch.fits.report.posterior import Posterior

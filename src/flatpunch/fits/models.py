@@ -77,6 +77,7 @@ def check_segment(segment: str, known: Sequence[str]) -> None:
 
 def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
     """Refuse limits that a start does not lie between, without making a model."""
+    sample.check(free)
     for name, what in free.items():
         number = sample.numbers[name]
         _between(number, number.value if what.start is None else what.start, what, ends(number))

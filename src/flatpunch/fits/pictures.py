@@ -165,8 +165,12 @@ def _measured_and_fitted(result: FitResult, axes: Axes, label: str | None = None
 
 
 def _ways(result: FitResult, x: Array) -> list[Indices]:
-    """Points of each line of the fit, ascending: drag makes the force on the way back another one."""
+    """Points of each line of the fit, ascending: drag makes the force on the way back another one.
+
+    Readings that are left out between others have positions, and thus a background, that are not those of the model.
+    """
     order = np.argsort(x, kind="stable")
+    order = order[(result.used | (x > x[result.used].max()))[order]]
     speed = result.curve.meta.get("speed") if result.settings.drag != 0 else None
     if speed is None or result.objective.model.over_time:
         return [order]
@@ -199,10 +203,11 @@ def _several(result: FitResult, top: Axes, bottom: Axes) -> None:
     y_factor, y_unit = scale_of([float(r.force.max()) - level for r, level in zip(results, levels, strict=True)], "N")
     colours = matplotlib.colormaps["viridis"](np.arange(len(results)) / (1 + len(results)))
     for one, level, colour in zip(results, levels, colours, strict=True):
-        order, x = np.argsort(one.depth, kind="stable"), one.depth * x_factor
+        x = one.depth * x_factor
         measured, fitted = ((force - level) * y_factor for force in (one.curve.force, one.force))
         top.plot(x, measured, ".", ms=3, color=colour, label=one.curve.name, rasterized=True)
-        top.plot(x[order], fitted[order], color="black", lw=THIN)
+        for at in _ways(one, x):
+            top.plot(x[at], fitted[at], color="black", lw=THIN, zorder=3)
         left = one.residual[one.used] / one.noise
         if one.minimum.residual.size == left.size:
             # as they were weighted: behind a cantilever the noise moves the tip as well, the more the stiffer the contact;

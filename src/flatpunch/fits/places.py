@@ -19,15 +19,15 @@ from pathlib import Path
 import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, Indices, shown
-from flatpunch._support.numbers import Number
+from flatpunch._support.numbers import Place as Record
 from flatpunch._support.paths import Plain
-from flatpunch._support.reading import Unreadable, as_path, content, is_file, shown_path, text_content
+from flatpunch._support.reading import Unreadable, as_path, content, is_file, is_folder, shown_path, text_content
 from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole
 from flatpunch._version import __version__
 from flatpunch.files.units import registry
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.files.contents import by_number
-from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in
+from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
 from flatpunch.parallel.interruption import held
@@ -45,6 +45,10 @@ class Place:
     def name(self) -> str:
         """File, and number of the curve in it."""
         return self.path.name if self.index is None else f"{self.path.name}[{self.index}]"
+
+    def read(self, reading: Plain) -> Curve:
+        """Return the curve; `reading` has arguments of `read_curve`."""
+        return read_curve(self.path, **{**reading, "index": self.index})
 
 
 def listed(curves: Iterable[Curve | str | Path], reading: Plain | None = None) -> list[Curve | Place]:
@@ -67,7 +71,13 @@ def listed(curves: Iterable[Curve | str | Path], reading: Plain | None = None) -
     return items
 
 
-def values_in(path: Path, items: Sequence[Curve | Place], known: Mapping[str, Number]) -> dict[str, Array]:
+def listed_in(path: Path, reading: Plain | None = None) -> list[Place]:
+    """Places of the curves of a folder, or of a file."""
+    found = listed(files_in(path) if is_folder(path) else [path], reading)
+    return [place for place in found if isinstance(place, Place)]
+
+
+def values_in(path: Path, items: Sequence[Place], numbers: Mapping[str, Record]) -> dict[str, Array]:
     """Known values of curves from a CSV file: the column `curve` has their names, "layers[0].thickness [nm]" values and unit."""
     try:
         rows = list(csv.reader(text_content(path, 20_000_000).splitlines()))
@@ -91,7 +101,9 @@ def values_in(path: Path, items: Sequence[Curve | Place], known: Mapping[str, Nu
             cells = [float(lines[item.name][at]) for item in items]
         except (ValueError, IndexError):
             raise ValueError(f"{shown_path(path)}: the column {name} must have a number for each curve.") from None
-        found[name] = np.array(cells) * (_scale(unit, known[name].unit or "") if name in known and unit else 1.0)
+        found[name] = np.array(cells) * (
+            _scale(unit, numbers[name].number.unit or "") if name in numbers and unit else 1.0
+        )
     return found
 
 

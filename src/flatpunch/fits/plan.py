@@ -366,11 +366,14 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
     inside = readings > 0
     # contacts between which ln F and its derivatives, smooth over ln d, are interpolated
     nodes = readings.max() * np.geomspace(1e-3, 1, 48)
-    known = {each.name: each for each in parameters(sample.medium, sample.indenter)}
-    wanted = [known[name] for name in names]
+    known = {each.path: each for each in parameters(sample.medium, sample.indenter)}
+    # a group moves all its members at their ratios
+    moved = [sample.numbers.members.get(name, (name,)) for name in names]
+    wanted = [known[name] for each in moved for name in each]
     found = gradients(sample.medium, sample.indenter, Control("depth", nodes), FirstOrder(), wanted)
-    units = np.array([_slope(sample.numbers[name]) for name in names])
-    relative = np.array([each.force * units / each.contact.force for each in found])
+    units = np.array([_slope(sample.numbers[each.path]) for each in wanted])
+    first = np.cumsum([0, *map(len, moved[:-1])])
+    relative = np.array([np.add.reduceat(each.force * units, first) / each.contact.force for each in found])
     method = method_for(sample.indenter, settings.method)
     forces = indent(sample.medium, sample.indenter, depth=nodes, method=method, angles=FEW_ANGLES)["force"].values
     spline = make_interp_spline(np.log(nodes), np.column_stack([np.log(forces), relative]), k=5)

@@ -90,9 +90,9 @@ def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
 
 
 def _start(setup: Setup) -> dict[str, float]:
-    """Contact point, baseline and tilt, SI, on the axes of the curve that is shown: by a fit if that takes no time."""
+    """Contact point, baseline and tilt, SI, on the axes of the curve that is shown: by a fit where that takes seconds."""
     x = setup.start()
-    if setup.coarse is not None:
+    if setup.coarse is not None or setup.objective.model.over_time:
         x = descended(setup, x, replace(setup.settings, quick=True)).x
     return dict(setup.objective.split(x)[1])
 

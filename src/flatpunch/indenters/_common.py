@@ -1,17 +1,14 @@
-"""What several indenters share: being a kind of tip in case files, the exponent of a power law, values spread over angles."""
+"""What several indenters share: the exponent of a power law, values spread over angles."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Annotated, NamedTuple, TypeVar
+from typing import Annotated
 
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue, numbers, shown
 from flatpunch._support.numbers import a_ratio
-
-T = TypeVar("T")
 
 FULL_TURN = 2 * math.pi
 
@@ -26,34 +23,6 @@ SAME = ROUNDING
 
 SLENDER = 1e6
 """Largest ratio of the half-axes of a tip."""
-
-
-class CaseFile(NamedTuple):
-    """How case files give a kind of tip.
-
-    Attributes
-    ----------
-    ways : tuple of str
-        Names of the constructors, empty for the class or function itself; a file gives the declared arguments of one of them.
-    wears : bool
-        Whether it may be rounded or cut off, and tilted.
-    tilts : bool
-        Whether it may be tilted.
-    """
-
-    ways: tuple[str, ...]
-    wears: bool
-    tilts: bool
-
-
-def case_file(*ways: str, wears: bool = False, tilts: bool = False) -> Callable[[T], T]:
-    """Make a class or function a kind of tip in case files, as `_case_file_`; its name there is that in Python: "afm-pyramid"."""
-
-    def marked(made: T) -> T:
-        setattr(made, "_case_file_", CaseFile(ways or ("",), wears, tilts))  # noqa: B010
-        return made
-
-    return marked
 
 
 # powers of the radius outside this range are a step or a spike in floating point

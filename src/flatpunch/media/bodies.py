@@ -6,25 +6,28 @@ are frozen, validated once, and hashable, so that solutions can be cached by the
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import islice
 from math import inf, nan
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import Array, BadValue, poisson_ratio, positive, shown
+from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
-from flatpunch.media.graded import CONTRAST
-from flatpunch.media.interface import Interface, in_words, lower_face
-from flatpunch.media.material import AnyLayer, Isotropic
+from flatpunch.media import graded, transverse
+from flatpunch.media.graded import CONTRAST, GradedLayer
+from flatpunch.media.interface import Interface, in_words
+from flatpunch.media.material import ORDER, POISSON, YOUNG, AnyLayer, Isotropic, Poisson, Thickness, Young
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
+from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
 
-_ORDER = "Layers run from the free surface down; what lies below them all is the base."
+T = TypeVar("T")
 
 
 @readable
@@ -60,16 +63,10 @@ class Layer(Isotropic, AnyLayer):
     Layer(young=5000, poisson=0.5, thickness=1e-06, bonded=True)
     """
 
-    young: float
-    poisson: float
-    thickness: float
+    young: Young
+    poisson: Poisson
+    thickness: Thickness
     bonded: bool | Interface = True
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "young", positive("Layer.young", self.young, unit="Pa"))
-        object.__setattr__(self, "poisson", poisson_ratio("Layer.poisson", self.poisson))
-        object.__setattr__(self, "thickness", positive("Layer.thickness", self.thickness, _ORDER, unit="m"))
-        object.__setattr__(self, "bonded", lower_face("Layer.bonded", self.bonded))
 
     def times(self, factor: float) -> Layer:
         """The same with Young's modulus multiplied by a factor."""
@@ -99,18 +96,15 @@ class HalfSpace(Isotropic, Base):
     True
     """
 
-    young: float
-    poisson: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "young", positive("HalfSpace.young", self.young, unit="Pa"))
-        object.__setattr__(self, "poisson", poisson_ratio("HalfSpace.poisson", self.poisson))
+    young: Young
+    poisson: Poisson
 
     def times(self, factor: float) -> HalfSpace:
         """The same with Young's modulus multiplied by a factor."""
         return replace(self, young=factor * self.young)
 
 
+@in_case_files("base", "rigid")
 @readable
 @dataclass(frozen=True, slots=True)
 class RigidBase(Base):
@@ -238,6 +232,59 @@ class Medium(Stack):
         return Table("Medium, from the surface down", ("", "young", "poisson", "thickness", "lower face"), tuple(rows))
 
 
+@in_case_files("layers", "")
+def layer(
+    young: graded.YoungLaw,
+    poisson: graded.PoissonLaw,
+    thickness: Thickness,
+    bonded: bool | Interface = True,
+    young_axial: graded.AxialYoungLaw = None,
+    poisson_axial: graded.AxialPoissonLaw = None,
+    shear: graded.ShearLaw = None,
+) -> AnyLayer:
+    """The simplest layer of two or five constants: homogeneous where all of them are numbers."""
+    given: dict[str, Any] = {"young": young, "poisson": poisson}
+    given |= _along_z(young_axial=young_axial, poisson_axial=poisson_axial, shear=shear)
+    if not all(isinstance(each, (int, float)) for each in given.values()):
+        return GradedLayer(thickness=thickness, bonded=bonded, **given)
+    if shear is None:
+        return Layer(**given, thickness=thickness, bonded=bonded)
+    return _in_plane(TransverselyIsotropicLayer, **given, thickness=thickness, bonded=bonded)
+
+
+@in_case_files("base", "half-space")
+def half_space(
+    young: Annotated[float, replace(YOUNG, example="70 GPa")],
+    poisson: Annotated[float, replace(POISSON, example="0.22")],
+    young_axial: transverse.AxialYoung | None = None,
+    poisson_axial: transverse.AxialPoisson | None = None,
+    shear: transverse.Shear | None = None,
+) -> Base:
+    """Half-space of two constants, or of the five of a transversely isotropic one."""
+    given = {"young": young, "poisson": poisson}
+    given |= _along_z(young_axial=young_axial, poisson_axial=poisson_axial, shear=shear)
+    return HalfSpace(**given) if shear is None else _in_plane(TransverselyIsotropicHalfSpace, **given)
+
+
+def _along_z(**constants: Any) -> dict[str, Any]:
+    """The constants along z, of which there are all or none."""
+    given = {name: value for name, value in constants.items() if value is not None}
+    if given and len(given) < len(constants):
+        raise ValueError(
+            "young_axial, poisson_axial and shear belong together: give all three for a transversely isotropic material, whose "
+            "young and poisson are those of the plane."
+        )
+    return given
+
+
+def _in_plane(made: Callable[..., T], young: float, poisson: float, **more: Any) -> T:
+    """A transversely isotropic body whose constants of the plane have the names that they have for all bodies."""
+    try:
+        return made(young_in_plane=young, poisson_in_plane=poisson, **more)
+    except BadValue as error:
+        raise BadValue(error.field.replace("_in_plane", ""), error.value, error.text) from None
+
+
 def _check_contrast(layers: tuple[AnyLayer, ...], base: Base) -> None:
     """Refuse stacks whose moduli or thicknesses differ by more than floating point resolves."""
     moduli = [layer.surface_modulus for layer in layers] + ([] if base.rigid else [base.surface_modulus])
@@ -261,7 +308,7 @@ def _as_layers(layers: Iterable[object]) -> tuple[AnyLayer, ...]:
     try:
         checked = tuple(islice(layers, LAYERS + 1))
     except TypeError:
-        raise TypeError(f"Medium.layers = {shown(layers)} must be a list of layers. {_ORDER}") from None
+        raise TypeError(f"Medium.layers = {shown(layers)} must be a list of layers. {ORDER}") from None
     if len(checked) > LAYERS:
         raise BadValue(
             "Medium.layers", "", f"has more than {LAYERS} layers; give the grading of many thin ones as a GradedLayer."
@@ -270,7 +317,7 @@ def _as_layers(layers: Iterable[object]) -> tuple[AnyLayer, ...]:
     for i, layer in enumerate(checked):
         if not isinstance(layer, AnyLayer):
             raise TypeError(
-                f"Medium.layers[{i}] = {shown(layer)} must be a Layer, a GradedLayer or a TransverselyIsotropicLayer. {_ORDER}"
+                f"Medium.layers[{i}] = {shown(layer)} must be a Layer, a GradedLayer or a TransverselyIsotropicLayer. {ORDER}"
             )
         found.append(layer)
     return tuple(found)

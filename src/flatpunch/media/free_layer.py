@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from flatpunch._support.checks import poisson_ratio, positive, shown
+from flatpunch._support.checks import shown
+from flatpunch._support.numbers import Checked
 from flatpunch._support.readable import readable
 from flatpunch.media.bodies import Layer, Medium, RigidBase
-from flatpunch.media.material import AnyLayer, plane_strain_modulus, young_and_poisson
+from flatpunch.media.material import AnyLayer, Poisson, Thickness, Young, plane_strain_modulus, young_and_poisson
 from flatpunch.media.stack import Base, LooseBody, Stack
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FreeLayer(LooseBody):
+class FreeLayer(LooseBody, Checked):
     """Layer that lies on a base without friction, adhesion and weight, so that it lifts off around the contact.
 
     Only `indent` takes it, for round tips and flat punches.
@@ -47,15 +48,12 @@ class FreeLayer(LooseBody):
     1.455 mm on the base
     """
 
-    young: float
-    poisson: float
-    thickness: float
+    young: Young
+    poisson: Poisson
+    thickness: Thickness
     base: Base = field(default_factory=RigidBase)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "young", positive("FreeLayer.young", self.young, unit="Pa"))
-        object.__setattr__(self, "poisson", poisson_ratio("FreeLayer.poisson", self.poisson))
-        object.__setattr__(self, "thickness", positive("FreeLayer.thickness", self.thickness, unit="m"))
+    def _together_(self) -> None:
         if not _carries(self.base):
             raise TypeError(
                 f"FreeLayer.base = {shown(self.base)} must be RigidBase() or HalfSpace(young=..., poisson=...)."

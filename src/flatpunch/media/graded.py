@@ -10,17 +10,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Annotated
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, positive, real, shown, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, real, shown, values
+from flatpunch._support.numbers import Number, a_pressure, a_ratio, number_of
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import quantity_of, readable
-from flatpunch.media.interface import Interface, lower_face
+from flatpunch.media.interface import Interface
 from flatpunch.media.laws import Constant, DepthTable, Law, times
-from flatpunch.media.material import AnyLayer
+from flatpunch.media.material import POISSON, YOUNG, AnyLayer, Thickness
 from flatpunch.media.plane import (
     Plane,
     contact_modulus,
@@ -38,6 +40,24 @@ _AXIAL = ("young_axial", "poisson_axial", "shear")
 """Constants that only transversely isotropic layers have."""
 
 _TABLE = "a table is a pair (depths, entries), depths ascending from 0 to at least the thickness"
+
+_VANISHES = (
+    "A modulus that starts from zero at the free surface is PowerLawHalfSpace; otherwise end the layer before it "
+    "vanishes."
+)
+_IN_PLANE = a_ratio(
+    "Poisson ratio in the plane",
+    above=-1.0,
+    below=1.0,
+    law=True,
+    outside="must lie in -1 < poisson < 1 in a transversely isotropic layer.",
+)
+
+YoungLaw = Annotated[object, replace(YOUNG, law=True, remedy=_VANISHES)]
+PoissonLaw = Annotated[object, replace(POISSON, law=True)]
+AxialYoungLaw = Annotated[object, a_pressure("Young's modulus along z", law=True, remedy=_VANISHES)]
+AxialPoissonLaw = Annotated[object, a_ratio("Poisson ratio along z", law=True)]
+ShearLaw = Annotated[object, a_pressure("shear modulus along z", law=True, remedy=_VANISHES)]
 
 
 @readable
@@ -86,24 +106,29 @@ class GradedLayer(AnyLayer):
     333 GPa
     """
 
-    young: object
-    poisson: object
-    thickness: float
+    young: YoungLaw
+    poisson: PoissonLaw
+    thickness: Thickness
     bonded: bool | Interface = True
-    young_axial: object = None
-    poisson_axial: object = None
-    shear: object = None
+    young_axial: AxialYoungLaw = None
+    poisson_axial: AxialPoissonLaw = None
+    shear: ShearLaw = None
 
-    def __post_init__(self) -> None:
-        hint = "Layers run from the free surface down; what lies below them all is the base."
-        object.__setattr__(self, "thickness", positive("GradedLayer.thickness", self.thickness, hint, unit="m"))
-        object.__setattr__(self, "bonded", lower_face("GradedLayer.bonded", self.bonded))
+    def _together_(self) -> None:
         self._check_kind()
         for name in self.numbers:
-            unit = "1" if name.startswith("poisson") else "Pa"
-            law = _as_law(f"GradedLayer.{name}", getattr(self, name), self.thickness, unit)
+            law = _as_law(f"GradedLayer.{name}", getattr(self, name), self.thickness, self._number(name).converted)
             object.__setattr__(self, name, law)
         self._check_range(self.sampled_depths)
+
+    @property
+    def _declared_(self) -> dict[str, Number]:
+        return {"poisson": _IN_PLANE} if self.anisotropic else {}
+
+    def _number(self, name: str) -> Number:
+        number = self._declared_.get(name) or number_of(GradedLayer, name)
+        assert number is not None
+        return number
 
     @property
     def sampled_depths(self) -> Array:
@@ -216,17 +241,12 @@ class GradedLayer(AnyLayer):
             )
 
     def _check_range(self, z: Array) -> None:
-        poisson = _poisson_in_plane_fault if self.anisotropic else _poisson_fault
         moduli = []
         for name in self.numbers:
-            law = getattr(self, name)
-            if name.startswith("poisson"):
-                fault = poisson if name == "poisson" else _number_fault
-            else:
-                fault = _young_fault
-            _check_profile(f"GradedLayer.{name}", z, partial(_evaluate, law), fault)
-            if fault is _young_fault:
-                moduli.append(_evaluate(law, z))
+            number, law = self._number(name), partial(_evaluate, getattr(self, name))
+            _check_profile(f"GradedLayer.{name}", z, law, number.fault)
+            if number.unit == "Pa":
+                moduli.append(law(z))
         if np.max(moduli) > CONTRAST * np.min(moduli):
             raise BadValue(
                 "GradedLayer.young",
@@ -261,7 +281,7 @@ class GradedLayer(AnyLayer):
             )
 
 
-def _as_law(name: str, value: object, thickness: float, unit: str) -> Law:
+def _as_law(name: str, value: object, thickness: float, unit: str | None) -> Law:
     if isinstance(value, str):
         raise TypeError(
             f"{name} = {shown(value)} must be a number, a function of depth, a named law or a table; a formula is "
@@ -318,29 +338,6 @@ def _evaluate(law: Law, z: Array) -> Array:
 
 def _one_by_one(law: Law, z: Array) -> Array:
     return np.array([float(np.asarray(law(np.asarray(depth)))) for depth in z])
-
-
-def _young_fault(value: float) -> str:
-    if np.isfinite(value) and value > 0:
-        return ""
-    return (
-        "must be finite and > 0. A modulus that starts from zero at the free surface is PowerLawHalfSpace; "
-        "otherwise end the layer before it vanishes."
-    )
-
-
-def _poisson_fault(value: float) -> str:
-    if -1 < value <= 0.5:
-        return ""
-    return "must lie in -1 < poisson <= 0.5. 0.5 is incompressible and allowed; above it an isotropic body is unstable."
-
-
-def _poisson_in_plane_fault(value: float) -> str:
-    return "" if -1 < value < 1 else "must lie in -1 < poisson < 1 in a transversely isotropic layer."
-
-
-def _number_fault(value: float) -> str:
-    return "" if np.isfinite(value) else "must be finite."
 
 
 def _check_profile(name: str, z: Array, law: Callable[[Array], Array], fault: Callable[[float], str]) -> None:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import non_negative, positive, shown
+from flatpunch._support.checks import shown
+from flatpunch._support.numbers import Checked, a_stiffness
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 
@@ -18,7 +20,7 @@ _HOW = (
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Interface:
+class Interface(Checked):
     """Springs between the lower face of a layer and what lies below it: a weak interphase, a glue, contact at asperities.
 
     The traction at the interface is the stiffness times the jump of the displacement across it, without lift-off. A thin
@@ -48,14 +50,15 @@ class Interface:
     11.0 mN
     """
 
-    normal: float | None = None
-    shear: float | None = None
+    normal: Annotated[float | None, a_stiffness("normal interface stiffness")] = None
+    shear: Annotated[float | None, a_stiffness("shear interface stiffness", above=-inf, least=0.0)] = None
 
     def __post_init__(self) -> None:
-        for name, check in (("normal", positive), ("shear", non_negative)):
+        for name in ("normal", "shear"):
             value = getattr(self, name)
-            rigid = value is None or (isinstance(value, (float, np.floating)) and value == inf)
-            object.__setattr__(self, name, None if rigid else check(f"Interface.{name}", value, unit="Pa/m"))
+            if isinstance(value, (float, np.floating)) and value == inf:
+                object.__setattr__(self, name, None)
+        Checked.__post_init__(self)
 
     def __bool__(self) -> bool:
         """Whether it carries shear; otherwise it slides."""

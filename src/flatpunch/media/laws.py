@@ -6,13 +6,16 @@ one with the same parameters, so that media made of them can be cached and writt
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
+from typing import Annotated
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, positive, real, values
+from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.numbers import Checked, Number, a_length, a_pressure, a_ratio
 from flatpunch._support.readable import readable
 
 Law = Callable[[Array], Array]
@@ -20,18 +23,16 @@ Law = Callable[[Array], Array]
 
 
 @dataclass(frozen=True, slots=True)
-class _Transition:
-    """What the laws from one modulus to another share: both, the depth between them, and that every parameter is > 0."""
+class _Transition(Checked, ABC):
+    """What the laws from one modulus to another share: both, and the depth between them."""
 
-    top: float
-    bottom: float
-    thickness: float
+    top: Annotated[float, a_pressure("at the top", held=True)]
+    bottom: Annotated[float, a_pressure("at the bottom", held=True)]
+    thickness: Annotated[float, a_length("thickness of the law")]
 
-    def __post_init__(self) -> None:
-        for parameter in fields(self):
-            unit = {"thickness": "m", "exponent": "1"}.get(parameter.name, "Pa")
-            value = positive(f"{type(self).__name__}.{parameter.name}", getattr(self, parameter.name), unit=unit)
-            object.__setattr__(self, parameter.name, value)
+    @abstractmethod
+    def __call__(self, z: Array) -> Array:
+        """Young's modulus [Pa] at depths z [m]."""
 
 
 @readable
@@ -115,7 +116,7 @@ class PowerModulus(_Transition):
     PowerModulus(top=1e+09, bottom=2e+09, thickness=1e-06, exponent=2)
     """
 
-    exponent: float
+    exponent: Annotated[float, a_ratio("exponent", above=0.0)]
 
     def __call__(self, z: Array) -> Array:
         """Young's modulus [Pa] at depths z [m]."""
@@ -124,7 +125,7 @@ class PowerModulus(_Transition):
 
 @readable
 @dataclass(frozen=True, slots=True)
-class DepthTable:
+class DepthTable(Checked):
     """Values at depths, joined by the monotone cubic of Fritsch and Butland (PCHIP): no overshoot.
 
     Parameters
@@ -145,13 +146,12 @@ class DepthTable:
     DepthTable(depths=(0, 5e-07, 1e-06), entries=(1e+09, 1.2e+09, 2e+09))
     """
 
-    depths: tuple[float, ...]
-    entries: tuple[float, ...]
+    depths: tuple[Annotated[float, a_length("depth", above=-np.inf, least=0.0, varies=False)], ...]
+    entries: tuple[Annotated[float, Number("at a depth", None, held=True)], ...]
     _curve: scipy.interpolate.PchipInterpolator = field(init=False, repr=False, compare=False, default=None)
 
-    def __post_init__(self) -> None:
-        z = values("DepthTable.depths", self.depths, unit="m")
-        v = values("DepthTable.entries", self.entries, minimum=-np.inf)
+    def _together_(self) -> None:
+        z, v = np.array(self.depths), np.array(self.entries)
         if z.size != v.size or z.size < 2:
             raise ValueError(
                 f"DepthTable has {z.size} depths and {v.size} entries; it needs as many of one as of the other, "
@@ -161,8 +161,6 @@ class DepthTable:
         if (steps <= 0).any():
             i = int(np.argmax(steps <= 0)) + 1
             raise BadValue(f"DepthTable.depths[{i}]", f"{z[i]:g}", f"must lie below {z[i - 1]:g}: depths ascend.")
-        object.__setattr__(self, "depths", tuple(z.tolist()))
-        object.__setattr__(self, "entries", tuple(v.tolist()))
         object.__setattr__(self, "_curve", scipy.interpolate.PchipInterpolator(z, v))
 
     def __call__(self, z: Array) -> Array:
@@ -187,7 +185,7 @@ class Multiple:
     """
 
     law: Law
-    factor: float
+    factor: Annotated[float, a_ratio("factor")]
 
     def __call__(self, z: Array) -> Array:
         """Values at depths z [m]."""
@@ -201,7 +199,7 @@ class Multiple:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(Checked):
     """One value at every depth.
 
     Parameters
@@ -209,20 +207,25 @@ class Constant:
     value : float
     """
 
-    value: float
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "value", real("Constant.value", self.value))
+    value: Annotated[float, Number("", None, held=True)]
 
     def __call__(self, z: Array) -> Array:
         """The value at depths z [m]."""
         return np.full(np.shape(z), self.value)
 
 
+LAWS: dict[str, Callable[..., Law]] = {
+    "linear": LinearModulus,
+    "exponential": ExponentialModulus,
+    "power": PowerModulus,
+}
+"""Laws from one modulus to another by their names in case files."""
+
+
 def times(law: Law, factor: float) -> Law:
     """The law times a number, of its own kind where that has a number to multiply."""
     named: object = law
-    if isinstance(named, (LinearModulus, ExponentialModulus, PowerModulus)):
+    if isinstance(named, _Transition):
         return replace(named, top=factor * named.top, bottom=factor * named.bottom)
     if isinstance(named, DepthTable):
         return DepthTable(named.depths, tuple(factor * entry for entry in named.entries))

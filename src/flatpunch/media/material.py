@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from math import inf
-from typing import TYPE_CHECKING, Any, Protocol, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, Self
 
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.numbers import Checked, Number, a_length, a_pressure, a_ratio
 from flatpunch._support.readable import quantity_of
-from flatpunch.media.interface import Interface
+from flatpunch.media.interface import Interface, lower_face
 from flatpunch.media.plane import (
     Plane,
     contact_modulus,
@@ -24,6 +25,20 @@ from flatpunch.media.plane import (
     isotropic_plane,
     isotropic_slopes,
 )
+
+ORDER = "Layers run from the free surface down; what lies below them all is the base."
+
+YOUNG = a_pressure("Young's modulus")
+POISSON = a_ratio(
+    "Poisson ratio",
+    above=-1.0,
+    most=0.5,
+    example="0.5",
+    outside="must lie in -1 < poisson <= 0.5. 0.5 is incompressible and allowed; above it an isotropic body is unstable.",
+)
+Young = Annotated[float, YOUNG]
+Poisson = Annotated[float, POISSON]
+Thickness = Annotated[float, a_length("thickness", example="1.2 um", remedy=ORDER)]
 
 
 class PowerLaw(Protocol):
@@ -79,10 +94,12 @@ class Part:
         return None
 
 
-class Material(Part, ABC):
+class Material(Part, Checked, ABC):
     """Elastic material of a layer or a half-space."""
 
     __slots__ = ()
+    group: ClassVar[tuple[str, Number]] = ("surface_modulus", a_pressure("contact modulus"))
+    """Property that stands for all moduli at their ratios, and what it is; where it is a field there is no group."""
 
     @property
     def numbers(self) -> tuple[str, ...]:
@@ -171,6 +188,7 @@ class Isotropic(Homogeneous):
     """Isotropic material that does not vary: from `young` [Pa] and `poisson`, which are fields or follow from fields."""
 
     __slots__ = ()
+    group = ("young", YOUNG)
 
     if TYPE_CHECKING:  # properties here would be taken for defaults of fields
 
@@ -241,6 +259,10 @@ class AnyLayer(Material):
         @property
         def bonded(self) -> bool | Interface:
             """Whether the lower face sticks to what lies below, slides on it, or yields like springs."""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "bonded", lower_face(f"{type(self).__name__}.bonded", self.bonded))
+        Checked.__post_init__(self)
 
     @property
     def extent(self) -> float:

@@ -4,16 +4,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import inf
+from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, poisson_ratio, positive, real
+from flatpunch._support.case_kinds import in_case_files
+from flatpunch._support.checks import Array, BadValue
+from flatpunch._support.numbers import a_length, a_pressure, a_ratio
 from flatpunch._support.readable import quantity_of, readable
-from flatpunch.media.material import plane_strain_modulus
+from flatpunch.media.material import Poisson, plane_strain_modulus
 from flatpunch.media.plane import Plane, isotropic_plane, isotropic_slopes
 from flatpunch.media.stack import Base
 
+_EXPONENT = a_ratio(
+    "exponent",
+    above=-0.5,
+    most=1.0,
+    example="0.3",
+    shared=True,
+    outside="must lie in -0.5 < exponent < 1 (or be 1 with poisson = 0.5, the Gibson soil). From 1 on a point load sinks in "
+    "without bound; give such a body a GradedLayer with a modulus > 0 at z = 0.",
+)
 
+
+@in_case_files("base", "power-law-half-space")
 @readable
 @dataclass(frozen=True, slots=True)
 class PowerLawHalfSpace(Base):
@@ -42,27 +56,14 @@ class PowerLawHalfSpace(Base):
     PowerLawHalfSpace(modulus=1e+09, depth=1e-06, exponent=0.3, poisson=0.3)
     """
 
-    modulus: float
-    depth: float
-    exponent: float
-    poisson: float
+    modulus: Annotated[float, a_pressure("Young's modulus at the depth")]
+    depth: Annotated[float, a_length("depth of the modulus")]
+    exponent: Annotated[float, _EXPONENT]
+    poisson: Poisson
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "modulus", positive("PowerLawHalfSpace.modulus", self.modulus, unit="Pa"))
-        object.__setattr__(self, "depth", positive("PowerLawHalfSpace.depth", self.depth, unit="m"))
-        k = real("PowerLawHalfSpace.exponent", self.exponent, "1")
-        nu = poisson_ratio("PowerLawHalfSpace.poisson", self.poisson)
-        object.__setattr__(self, "exponent", k)
-        object.__setattr__(self, "poisson", nu)
-        if k == 1 and nu == 0.5:
-            return
-        if not -0.5 < k < 1:
-            raise BadValue(
-                "PowerLawHalfSpace.exponent",
-                repr(k),
-                "must lie in -0.5 < exponent < 1 (or be 1 with poisson = 0.5, the Gibson soil). From 1 on a point "
-                "load sinks in without bound; give such a body a GradedLayer with a modulus > 0 at z = 0.",
-            )
+    def _together_(self) -> None:
+        if self.exponent == 1 and self.poisson != 0.5:
+            raise BadValue("PowerLawHalfSpace.exponent", repr(self.exponent), _EXPONENT.outside)
 
     @property
     def surface_modulus(self) -> float:

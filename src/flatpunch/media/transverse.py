@@ -14,17 +14,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
-from flatpunch._support.checks import Array, positive, real, shown
+from flatpunch._support.checks import Array, BadValue, real, shown
+from flatpunch._support.numbers import a_pressure, a_ratio
 from flatpunch._support.readable import quantity_of, readable
-from flatpunch.media.interface import Interface, lower_face
-from flatpunch.media.material import AnyLayer, Homogeneous
+from flatpunch.media.interface import Interface
+from flatpunch.media.material import YOUNG, AnyLayer, Homogeneous, Thickness
 from flatpunch.media.plane import Plane, plane_of, plane_slopes, slack_of
 from flatpunch.media.stack import Base
 
 CONSTANTS = ("young_in_plane", "young_axial", "poisson_in_plane", "poisson_axial", "shear")
 """Names of the five elastic constants."""
+
+AxialYoung = Annotated[float, a_pressure("Young's modulus along z")]
+AxialPoisson = Annotated[float, a_ratio("Poisson ratio along z")]
+Shear = Annotated[float, a_pressure("shear modulus along z")]
 
 
 class Stiffnesses(NamedTuple):
@@ -46,14 +51,26 @@ class Stiffnesses(NamedTuple):
 class _Constants(Homogeneous):
     """The five constants, which are checked, and what follows from them."""
 
-    young_in_plane: float
-    young_axial: float
-    poisson_in_plane: float
-    poisson_axial: float
-    shear: float
+    group = ("young", YOUNG)
+    young_in_plane: Annotated[float, a_pressure("Young's modulus in the plane")]
+    young_axial: AxialYoung
+    poisson_in_plane: Annotated[
+        float,
+        a_ratio("Poisson ratio in the plane", above=-1.0, below=1.0, outside="must lie in -1 < poisson_in_plane < 1."),
+    ]
+    poisson_axial: AxialPoisson
+    shear: Shear
 
-    def __post_init__(self) -> None:
-        _check(self)
+    def _together_(self) -> None:
+        nu, nu_axial, ratio = self.poisson_in_plane, self.poisson_axial, self.young_in_plane / self.young_axial
+        if slack_of(self.young_in_plane, self.young_axial, nu, nu_axial) < 0:
+            raise BadValue(
+                f"{type(self).__name__}.poisson_axial",
+                f"{nu_axial:g}",
+                "makes the body unstable: its square must not exceed (1 - poisson_in_plane)/2 young_axial/young_in_plane = "
+                f"{(1 - nu) / 2 / ratio:.4g}. If it is the contraction along z under a stress in the plane, give "
+                f"{nu_axial / ratio:.4g}, its product with young_axial/young_in_plane.",
+            )
 
     @property
     def stiffnesses(self) -> Stiffnesses:
@@ -183,15 +200,8 @@ class TransverselyIsotropicLayer(_Constants, AnyLayer):
     344 GPa
     """
 
-    thickness: float
+    thickness: Thickness
     bonded: bool | Interface = True
-
-    def __post_init__(self) -> None:
-        _Constants.__post_init__(self)
-        hint = "Layers run from the free surface down; what lies below them all is the base."
-        name = f"{type(self).__name__}.thickness"
-        object.__setattr__(self, "thickness", positive(name, self.thickness, hint, unit="m"))
-        object.__setattr__(self, "bonded", lower_face(f"{type(self).__name__}.bonded", self.bonded))
 
     @classmethod
     def from_stiffnesses(
@@ -214,24 +224,6 @@ def summary(constants: Sequence[object]) -> tuple[str, str]:
     plane, axial, between = (quantity_of(value, "Pa") for value in (young, young_axial, shear))
     ratios = [quantity_of(value, "") for value in (poisson, poisson_axial)]
     return f"{plane} in plane, {axial} axial, shear {between}", f"{ratios[0]}, axial {ratios[1]}"
-
-
-def _check(body: _Constants) -> None:
-    """Check the constants and the stability of the tensor."""
-    kind = type(body).__name__
-    for name in ("young_in_plane", "young_axial", "shear"):
-        object.__setattr__(body, name, positive(f"{kind}.{name}", getattr(body, name), unit="Pa"))
-    for name in ("poisson_in_plane", "poisson_axial"):
-        object.__setattr__(body, name, real(f"{kind}.{name}", getattr(body, name)))
-    nu, nu_axial, ratio = body.poisson_in_plane, body.poisson_axial, body.young_in_plane / body.young_axial
-    if not -1 < nu < 1:
-        raise ValueError(f"{kind}.poisson_in_plane = {nu:g} must lie in -1 < poisson_in_plane < 1.")
-    if slack_of(body.young_in_plane, body.young_axial, nu, nu_axial) < 0:
-        raise ValueError(
-            f"{kind}.poisson_axial = {nu_axial:g} makes the body unstable: its square must not exceed "
-            f"(1 - poisson_in_plane)/2 young_axial/young_in_plane = {(1 - nu) / 2 / ratio:.4g}. If it is the contraction along z "
-            f"under a stress in the plane, give {nu_axial / ratio:.4g}, its product with young_axial/young_in_plane."
-        )
 
 
 def _engineering(kind: str, given: Stiffnesses) -> tuple[float, float, float, float, float]:

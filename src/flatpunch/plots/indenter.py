@@ -7,6 +7,7 @@ the surface is drawn at its own scale, which the title states.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -16,6 +17,7 @@ from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, positive
 from flatpunch._support.kinds import one_of
+from flatpunch._support.numbers import numbers_of
 from flatpunch._support.prefixes import readable, text
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.numerics.extents import ROOM
@@ -123,6 +125,8 @@ def _surface(indenter: Indenter, axes: Axes3D, extent: float, label: str | None 
     share = np.linspace(0, 1, SAMPLES // 2)
     r = share[:, None] * limit
     height = np.asarray(indenter.height(r, phi))
+    if indenter.flat and extent >= indenter.reach:  # with its side
+        r, height = np.vstack([r, limit]), np.vstack([height, np.full_like(limit, top)])
     first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
     rise, height_unit = scale_on(axes.zaxis, [top], "m")
     colour = _SURFACE if first else next_colour(axes)
@@ -163,7 +167,7 @@ def _level_lines(indenter: Indenter, axes: Axes, extent: float, label: str | Non
     first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
     colour = _LINES if first else next_colour(axes)
     rise, height_unit = readable(top, "m")
-    levels = _levels(top, rise)
+    levels = _levels(top, rise)[: 1 if indenter.flat else None]
     for i, level in enumerate(levels):
         radius = _level_radius(indenter, float(level), phi, indenter.reach)
         x, y = radius * np.cos(phi) * scale, radius * np.sin(phi) * scale
@@ -171,9 +175,9 @@ def _level_lines(indenter: Indenter, axes: Axes, extent: float, label: str | Non
             axes.plot(0, 0, "+", color=colour)
             continue
         axes.fill(x, y, fill=False, edgecolor=colour, lw=THIN if i else 2 * THIN, ls="--" if i == 0 else "-")
-    step = float(levels[1] * rise)
     flat = _level_radius(indenter, 0.0, phi, indenter.reach).max() > 1e-6 * extent
-    words = f"level lines every {step:.3g} {height_unit}" + (", flat dashed" if flat else "")
+    words = "flat" if indenter.flat else f"level lines every {levels[1] * rise:.3g} {height_unit}"
+    words += ", dashed" if indenter.flat else ", flat dashed" if flat else ""
     axes.set_title(words if first or axes.get_title() == words else "level lines, of each tip at steps of its own")
     framed(axes, extent * scale if first else max(extent * scale, axes.get_xlim()[1]), unit)
     _named(axes, colour, label)
@@ -189,16 +193,18 @@ def _sections(indenter: Indenter, axes: Axes, extent: float, label: str | None =
     directions = [float(around[find(rim)]) for find in ((np.argmax,) if indenter.round else (np.argmax, np.argmin))]
     t = np.linspace(-usable, usable, 4 * SAMPLES + 1)
     curves = [np.asarray(indenter.height(np.abs(t), np.where(t < 0, angle + np.pi, angle))) for angle in directions]
+    if indenter.flat and extent >= indenter.reach:  # with its side
+        t, curves = t[[0, *range(t.size), -1]], [np.pad(curve, 1, constant_values=extent) for curve in curves]
+    top = max(float(curve.max()) for curve in curves) or extent
     first, (scale, unit) = not axes.has_data(), scale_on(axes.xaxis, [extent], "m")
-    rise, height_unit = scale_on(axes.yaxis, [float(curve.max()) for curve in curves], "m")
+    rise, height_unit = scale_on(axes.yaxis, [top], "m")
     for angle, line, curve in zip(directions, ("-", "--"), curves, strict=False):
         along = f"along {np.degrees(angle):.3g}°"
         name = along if label is None else label if indenter.round else f"{label}, {along}"
         axes.plot(t * scale, curve * rise, line, color=next_colour(axes), label=name)
     half = extent * scale if first else max(extent * scale, axes.get_xlim()[1])
     axes.set_xlim(-half, half)
-    tallest = rise * max(float(curve.max()) for curve in curves)
-    axes.set_ylim(0, HEADROOM * tallest if first else max(HEADROOM * tallest, axes.get_ylim()[1]))
+    axes.set_ylim(0, HEADROOM * top * rise if first else max(HEADROOM * top * rise, axes.get_ylim()[1]))
     axes.set_xlabel(f"distance from the apex ({unit})")
     axes.set_ylabel(f"height $f$ ({height_unit})")
     axes.set_title("sections")
@@ -224,15 +230,16 @@ def _named(axes: Axes, colour: str, label: str | None) -> None:
 
 def _extent(indenter: Indenter) -> float:
     if np.isfinite(indenter.reach):
-        return float(indenter.reach)
-    lengths = [*indenter.rings, *(scale for scale in indenter.scales[:2])]
-    lengths += [getattr(indenter, name) for name in ("radius", "half_x", "half_y") if hasattr(indenter, name)]
-    return 3.0 * max(lengths) if lengths else 1.0
+        return float(indenter.reach) * (HEADROOM if indenter.flat else 1.0)
+    own = [place.value for place in numbers_of(indenter) if place.number.unit == "m"]
+    return 3.0 * max([*indenter.rings, *indenter.scales[:2], *own], default=1 / 3)
 
 
 def _name(indenter: object) -> str:
-    tip = getattr(indenter, "tip", None)
-    return type(indenter).__name__ + (f" {_name(tip)}" if tip is not None else "")
+    """Its shape, and that of the tip that it was made of."""
+    parts = (getattr(indenter, field.name) for field in (fields(indenter) if is_dataclass(indenter) else ()))
+    inner = next((part for part in parts if isinstance(part, Indenter)), None)
+    return type(indenter).__name__ + (f" {_name(inner)}" if inner else "")
 
 
 def _levels(top: float, rise: float) -> Array:
@@ -242,7 +249,9 @@ def _levels(top: float, rise: float) -> Array:
 
 
 def _rim(indenter: Indenter, extent: float) -> float:
-    """Lowest height on the circle of radius `extent`: up to there every level line is inside the picture."""
+    """Lowest height on the circle of radius `extent`, so that every level line is inside the picture; of a flat end its side."""
+    if indenter.flat:
+        return extent
     phi = np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), indenter.split_angles])
     height = np.asarray(indenter.height(np.array(min(extent, indenter.reach)), phi))
     lowest = float(height.min())

@@ -142,7 +142,7 @@ def force_by_tip(
             steps, forces = [0.0], [solution.force]
             for step in (-_STEP, _STEP):
                 try:
-                    other = with_values(None, indenter, {parameter.name: parameter.value * np.exp(step)})[1]
+                    other = with_values(None, indenter, {parameter.path: parameter.value * np.exp(step)})[1]
                 except ValueError:
                     # the end of the range of the number
                     continue
@@ -159,7 +159,7 @@ def force_by_tip(
     at_rim *= contact.missing * solution.depth / float(at_rim @ indenter.height(r, phi))
     for column, parameter in enumerate(wanted):
 
-        def height(value: float, name: str = parameter.name) -> Array:
+        def height(value: float, name: str = parameter.path) -> Array:
             return np.asarray(with_values(None, indenter, {name: value})[1].height(r, phi))
 
         found[column] = -float((weight + at_rim) @ difference(height, parameter.value, parameter.step))

@@ -181,7 +181,7 @@ def _dataset(
     columns: dict[str, Column] = {}
     coordinates: Plain = {
         "parameter": (
-            np.array([each.name for each in wanted], dtype=object),
+            np.array([each.path for each in wanted], dtype=object),
             {"long_name": "number of the medium or the tip"},
         )
     }

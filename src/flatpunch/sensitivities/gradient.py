@@ -181,7 +181,7 @@ def _by_power_law(
     found = np.empty((3, len(wanted)))
     for column, parameter in enumerate(wanted):
 
-        def solved(value: float, name: str = parameter.name) -> Array:
+        def solved(value: float, name: str = parameter.path) -> Array:
             changed, _ = with_values(medium, tip, {name: value})
             at = discs.contact_at(compliance(changed), tip, contact.radius, contact.depth)
             return np.array([at.force, at.stiffness, at.depth])

@@ -6,32 +6,18 @@ Names are attribute paths: "layers[0].young", "base.poisson", "layers[1].young.e
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch._support.numbers import numbers_of
-from flatpunch.media import (
-    AnyLayer,
-    Body,
-    Constant,
-    DepthTable,
-    Stack,
-)
+from flatpunch._support.numbers import Number, Place, numbers_of
+from flatpunch._support.paths import steps
+from flatpunch.media import Body, DepthTable, Interface
 from flatpunch.media.laws import Law
-
-if TYPE_CHECKING:
-    from _typeshed import DataclassInstance
-
-UNITS = {
-    **dict.fromkeys(("young", "modulus", "top", "bottom", "young_in_plane", "young_axial", "shear"), "Pa"),
-    **dict.fromkeys(("thickness", "depth"), "m"),
-}
-"""SI units of the numbers of media by the name of an attribute; numbers that are not listed have none."""
+from flatpunch.media.paths import LayerOrBase, layers_and_bases, replaced
 
 _CENTRAL, _BACKWARDS = np.array([-4, -3, -2, -1, 1, 2, 3, 4], dtype=np.intp), -np.arange(9, dtype=np.intp)
 """Steps of central differences, and of those at the upper end of a range."""
@@ -63,33 +49,41 @@ class Parameter:
 
     Attributes
     ----------
-    name : str
+    path : str
         Attribute path.
     value : float
         Its value [SI].
-    unit : str
-        SI unit.
+    number : Number
+        Its declaration.
+    owner : object
+        The object whose field it is.
     body : int
         Which of the elastic bodies it belongs to; -1 for the tip.
     part : int
         Layer from the surface down; the base comes last.
     kind : str
-        "young", "poisson" or "thickness" of a layer or base (all five constants of a transversely isotropic one); of tips what
-        the number is.
+        Field of the layer or base that is or holds it: "young", "poisson", "thickness"; of springs "normal spring" or "shear
+        spring", of tips what the number is.
     law : callable or None
         Of a number in a law of depth: the law with another value.
     step : float
         Scale of the differences by which laws and shapes are differentiated.
     """
 
-    name: str
+    path: str
     value: float
-    unit: str
+    number: Number
+    owner: object
     body: int
     part: int
     kind: str
     law: Callable[[float], Law] | None = None
     step: float = 0.0
+
+    @property
+    def unit(self) -> str:
+        """SI unit, empty for a number without dimension."""
+        return self.number.unit or ""
 
 
 def parameters(medium: Body, indenter: object) -> list[Parameter]:
@@ -99,12 +93,13 @@ def parameters(medium: Body, indenter: object) -> list[Parameter]:
 
 def medium_parameters(medium: Body) -> list[Parameter]:
     """All numbers of a medium that can be varied."""
-    found = []
-    sides = [(name, body) for name, body in medium.sides if not body.rigid]
-    for index, (name, body) in enumerate(sides):
-        found += _body_parameters(body, f"{name}." if name else "", index)
-    # two power-law half-spaces share their exponent: neither varies alone
-    return [each for each in found if len(sides) < 2 or each.kind != "exponent"]
+    pair = len(medium.elastic) > 1
+    return [
+        found
+        for part in layers_and_bases(medium)
+        for place in part.places
+        if not (pair and place.number.shared) and (found := _of_medium(part, place)) is not None
+    ]
 
 
 def difference(function: Callable[[float], Array], value: float, step: float) -> Array:
@@ -147,73 +142,21 @@ def difference_and_error(function: Callable[[float], Array], value: float, step:
     return best
 
 
-def _body_parameters(body: Stack, prefix: str, index: int) -> list[Parameter]:
-    found: list[Parameter] = []
-    for i, layer in enumerate(body.layers):
-        name = f"{prefix}layers[{i}]"
-        if layer.varies:
-            found += _law_parameters(layer, name, index, i)
-        else:
-            found += [
-                Parameter(f"{name}.{kind}", getattr(layer, kind), UNITS.get(kind, ""), index, i, kind)
-                for kind in (*layer.numbers, "thickness")
-            ]
-        found += [
-            Parameter(f"{name}.bonded.{kind}", value, "Pa/m", index, i, f"{kind} spring")
-            for kind, value in (("normal", layer.face.normal), ("shear", layer.face.shear))
-            if value
-        ]
-    for kind in body.base.numbers:
-        value = getattr(body.base, kind)
-        # by differences, not from waves
-        step = _step(value) if body.power_law else 0.0
-        unit = UNITS.get(kind, "")
-        found.append(Parameter(f"{prefix}base.{kind}", value, unit, index, len(body.layers), kind, step=step))
-    return found
-
-
-def _law_parameters(layer: AnyLayer, name: str, index: int, part: int) -> list[Parameter]:
-    found = []
-    for kind in layer.numbers:
-        law = getattr(layer, kind)
-        if isinstance(law, Constant):
-            found.append(
-                Parameter(
-                    f"{name}.{kind}", law.value, UNITS.get(kind, ""), index, part, kind, Constant, _step(law.value)
-                )
-            )
-        elif isinstance(law, DepthTable):
-            for j, value in enumerate(law.entries):
-                found.append(
-                    Parameter(
-                        f"{name}.{kind}.entries[{j}]",
-                        value,
-                        UNITS.get(kind, ""),
-                        index,
-                        part,
-                        kind,
-                        _table_with(law, j),
-                        _table_step(law, j),
-                    )
-                )
-        elif dataclasses.is_dataclass(law) and not isinstance(law, type):
-            for field in dataclasses.fields(law):
-                value = getattr(law, field.name)
-                if field.init and _is_number(value):
-                    found.append(
-                        Parameter(
-                            f"{name}.{kind}.{field.name}",
-                            value,
-                            UNITS.get(field.name, ""),
-                            index,
-                            part,
-                            kind,
-                            _law_with(law, field.name),
-                            _step(value),
-                        )
-                    )
-    found.append(Parameter(f"{name}.thickness", layer.thickness, "m", index, part, "thickness"))
-    return found
+def _of_medium(part: LayerOrBase, place: Place) -> Parameter | None:
+    """A number of a layer or base, None for one that does not enter its elastic constants."""
+    field, *inside = steps(place.path.removeprefix(f"{part.path}."))
+    held = getattr(part.material, str(field))
+    if isinstance(held, Interface):
+        return Parameter(*place, part.body, part.part, f"{inside[0]} spring")
+    if field not in (*part.material.numbers, "thickness"):
+        return None
+    if callable(held):
+        step = _table_step(held, int(inside[-1])) if isinstance(held, DepthTable) else _step(place.value)
+        law = partial(replaced, held, inside)
+        return Parameter(*place, part.body, part.part, str(field), law, step)
+    # a power law by differences, not from waves
+    step = _step(place.value) if part.material.power_law else 0.0
+    return Parameter(*place, part.body, part.part, str(field), step=step)
 
 
 def _tip_parameters(tip: object) -> list[Parameter]:
@@ -222,14 +165,10 @@ def _tip_parameters(tip: object) -> list[Parameter]:
     rises = np.diff([each.value for each in places if each.number.ascending])
     least = float(_STEP * rises[rises > 0].min(initial=np.inf))
     return [
-        Parameter(path, value, number.unit or "", -1, 0, number.what, step=least if number.ascending else _step(value))
-        for path, value, number, _ in places
-        if value != 0
+        Parameter(*place, -1, 0, place.number.what, step=least if place.number.ascending else _step(place.value))
+        for place in places
+        if place.value != 0
     ]
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, float)
 
 
 def _step(value: float) -> float:
@@ -241,19 +180,3 @@ def _table_step(law: DepthTable, j: int) -> float:
     entries = np.array(law.entries)
     rises = np.abs(np.diff(entries[max(j - 1, 0) : j + 2]))
     return float(_STEP * min(abs(entries[j]) or 1.0, *rises[rises > 0], np.inf))
-
-
-def _table_with(law: DepthTable, j: int) -> Callable[[float], Law]:
-    def changed(value: float) -> Law:
-        return DepthTable(law.depths, (*law.entries[:j], value, *law.entries[j + 1 :]))
-
-    return changed
-
-
-def _law_with(law: DataclassInstance, field: str) -> Callable[[float], Law]:
-    def changed(value: float) -> Law:
-        found: object = dataclasses.replace(law, **{field: value})
-        assert callable(found)
-        return found
-
-    return changed

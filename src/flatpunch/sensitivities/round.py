@@ -215,7 +215,7 @@ def by_tip(kernel: Kernel, indenter: Indenter, contacts: list[Contact], wanted: 
     force, depth = np.zeros((2, *shape))
     for column, parameter in enumerate(wanted):
 
-        def solved(value: float, name: str = parameter.name) -> Array:
+        def solved(value: float, name: str = parameter.path) -> Array:
             _, tip = with_values(None, indenter, {name: value})
             found = round_contact(kernel, mean_profile(tip), a)
             return np.stack([found.force, found.depth])

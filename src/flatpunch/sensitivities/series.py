@@ -75,7 +75,7 @@ def series_contacts(
     slopes, errors = np.empty((2, len(wanted), 3, depth.size))
     for j, each in enumerate(wanted):
 
-        def changed(value: float, name: str = each.name) -> Array:
+        def changed(value: float, name: str = each.path) -> Array:
             return at(*with_values(medium, indenter, {name: value}))
 
         slopes[j], errors[j] = difference_and_error(changed, each.value, _STEP * (abs(each.value) or 1.0))

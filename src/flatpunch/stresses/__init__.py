@@ -1,5 +1,5 @@
 """Inside the bodies: stresses, displacements, sliding, first failure, energy by depth."""
 
-from flatpunch._support.lazy import names_of
+import lazy_loader
 
-__getattr__, __dir__, __all__ = names_of(__name__, __file__)  # from __init__.pyi
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)  # from __init__.pyi

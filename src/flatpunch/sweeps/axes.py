@@ -21,9 +21,11 @@ from typing import Any
 
 import numpy as np
 
+from flatpunch._support.case_kinds import KINDS
 from flatpunch._support.ceilings import POINTS
 from flatpunch._support.checks import BadValue, shown
 from flatpunch._support.kinds import follows
+from flatpunch._support.numbers import number_of
 from flatpunch._support.paths import FORMS, dotted, entries, spaced
 from flatpunch.files import units
 
@@ -193,9 +195,11 @@ def _value(path: str, entry: Entry, current: object, dimension: units.Dimension 
 def in_words(path: str) -> str:
     """Path of a parameter as it is read: thickness of layer 1 for layers.0.thickness, which counts from 0."""
     *owner, name = path.split(".")
-    name = {"young": "Young's modulus", "poisson": "Poisson ratio"}.get(name, name.replace("_", " "))
+    kinds = [kind for section in ("layers", "base") if section in owner for kind in KINDS[section].values()]
+    declared = (found.what for kind in kinds for way in kind.ways if (found := number_of(way, name)))
+    name = next(declared, name.replace("_", " "))
     match owner:
-        case [*body, "layers", number]:
-            return " of the ".join([f"{name} of layer {int(number) + 1}", *(f"{each} body" for each in body)])
+        case [*body, "layers", at]:
+            return " of the ".join([f"{name} of layer {int(at) + 1}", *(f"{each} body" for each in body)])
         case _:
             return " ".join([*owner, name])

@@ -89,14 +89,16 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
             if geometric(result, name):
                 logarithmic(axes, which)
         axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+        axes.plot(*map(np.ravel, np.meshgrid(*axes_values)), ".", color="black", ms=2, clip_on=False, zorder=3)
         if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
             factor, unit = readable(float(np.nanmax(force)), "N")
             levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 10)[1:-1]
             if levels[-1] > 2 * levels[0]:
                 levels = np.array([float(f"{level:.1e}") for level in levels])
             lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=1)
-            # numbers in the middle of lines are not cut off by an edge; lines of few points cross a corner only
-            middles = [tuple(line[len(line) // 2]) for level in lines.allsegs for line in level if len(line) > 4]
+            # each level has its number, in the middle of its longest line, where no edge cuts it off
+            longest = (max(level, key=len) for level in lines.allsegs if level)
+            middles = [tuple(line[len(line) // 2]) for line in longest]
             axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small", manual=middles)
         for axis, values in zip((axes.xaxis, axes.yaxis), axes_values, strict=True):
             # cells of the outermost points reach beyond them

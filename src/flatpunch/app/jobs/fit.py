@@ -31,7 +31,7 @@ from flatpunch.fits.cases import CurveTable
 from flatpunch.fits.fitting import fit
 from flatpunch.fits.measured.columns import Table, chosen_columns
 from flatpunch.fits.measured.curve import Curve, CurveError
-from flatpunch.fits.measured.files.readers import EXCEL, TEXT, curve_of, curves_in, read_curve, tables_in
+from flatpunch.fits.measured.files.readers import EXCEL, TEXT, MissingColumn, curve_of, curves_in, read_curve, tables_in
 from flatpunch.fits.models import forget_models
 from flatpunch.fits.places import listed, on_grid
 from flatpunch.fits.reading import reading_of, traces
@@ -72,6 +72,9 @@ def preview(fields: Mapping[str, str], upload: Upload) -> Plain:
             "traces": [_drawn(*each) for each in traces(seen)],
             "read": list(seen.lines),
         }
+    except MissingColumn as error:
+        text = f"no column of {error.role} recognised: choose one of the file's columns here."
+        return {**found, "problems": [{"field": f"curve.columns.{error.role}", "text": text}]}
     except CurveError as error:
         return {**found, "problems": [{"field": "upload", "text": str(error)}]}
     except Exception as error:

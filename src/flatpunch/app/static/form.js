@@ -87,7 +87,7 @@ export function write(fields) {
   const list = document.getElementById("layers");
   list.replaceChildren();
   const count = Math.max(-1, ...[...fields.keys()].map((name) => Number(/^layers\.(\d+)\./.exec(name)?.[1] ?? -1))) + 1;
-  for (let i = 0; i < count; i++) addLayer(tables);
+  for (let i = 0; i < count; i++) addLayer(tables, fields.get(`layers.${i}.kind`) ?? "");
   number();
   for (const section of ["base", "indenter"]) {
     const kind = fields.get(`${section}.kind`);

@@ -11,8 +11,8 @@ export function strengths(owner, tables) {
   return box;
 }
 
-/** Append a layer; its names are set by `number`. */
-export function addLayer(tables) {
+/** Append a layer of a kind, "" for the usual one; its names are set by `number`. */
+export function addLayer(tables, kind = "") {
   const list = listed();
   const layer = element("div", { class: "layer" });
   const button = (text, label, action) => element("button", { type: "button", "aria-label": label, title: label, onclick: action }, text);
@@ -30,17 +30,34 @@ export function addLayer(tables) {
     tell(list);
   }));
   layer.append(bar);
-  const extra = element("details", {}, element("summary", {}, "Interface with springs, lift-off, moduli along z"));
-  for (const spec of tables.layers) {
-    const words = spec.name === "bonded" ? { true: "bonded", false: "sliding" } : { "": "no", true: "yes", false: "no" };
-    const slides = spec.kind === "quantity" && spec.value !== "";
-    (spec.value === "" ? extra : layer).append(field(`layers.0.${spec.name}`, { ...spec, words, slides, fits: FITTED.includes(spec.name) }));
+  const inner = element("div");
+  const kinds = Object.keys(tables.layers);
+  if (kinds.length > 1) {
+    const choose = field("layers.0.kind", { label: "Kind", kind: "choice", value: kind, choices: kinds, words: { "": "elastic" } });
+    choose.addEventListener("change", (event) => {
+      if (!event.target.name.endsWith(".kind")) return;
+      fill(inner, tables, event.target.value);
+      number();
+      tell(list);
+    });
+    layer.append(choose);
   }
-  layer.append(extra);
-  layer.append(strengths("layers.0", tables));
+  fill(inner, tables, kind in tables.layers ? kind : "");
+  layer.append(inner, strengths("layers.0", tables));
   dragging(layer, handle);
   list.append(layer);
   return layer;
+}
+
+function fill(inner, tables, kind) {
+  inner.replaceChildren();
+  const extra = element("details", {}, element("summary", {}, "Interface with springs, lift-off, moduli along z"));
+  for (const spec of tables.layers[kind].fields) {
+    const words = spec.name === "bonded" ? { true: "bonded", false: "sliding" } : { "": "no", true: "yes", false: "no" };
+    const slides = spec.kind === "quantity" && spec.value !== "";
+    (spec.value === "" ? extra : inner).append(field(`layers.0.${spec.name}`, { ...spec, words, slides, fits: FITTED.includes(spec.name) }));
+  }
+  inner.append(extra);
 }
 
 function dragging(layer, handle) {

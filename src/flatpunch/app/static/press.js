@@ -10,6 +10,7 @@ const KEPT = ["var(--three)", "var(--four)", "var(--five)", "var(--grey)"];
 
 function show(box, result, tools) {
   const { curve } = result;
+  const own = new URLSearchParams(tools.form());
   const steps = curve.depth.length;
   const [drawing, force, outline, map] = [0, 1, 2, 3].map(() => element("div"));
   const slide = element("input", { type: "range", min: 0, max: steps - 1, value: bestStep(curve), "aria-label": "Step" });
@@ -21,7 +22,7 @@ function show(box, result, tools) {
     "div",
     { class: "grid" },
     notes([...result.notes, ...result.leaving]),
-    card(history ? "Force over time" : "Force and stiffness over depth", false, force, ...(history ? [] : [keeping(result, () => draw())])),
+    card(history ? "Force over time" : "Force and stiffness over depth", false, force, ...(history ? [] : [keeping(result, own, () => draw())])),
     card("Section, to scale", false, result.sketch ? drawing : element("p", { class: "about" }, "Two bodies are not drawn.")),
     card("Step of the curve", true, element("div", { class: "steps" }, slide), readout),
     card("Contact outline", false, outline),
@@ -34,7 +35,7 @@ function show(box, result, tools) {
 
   const draw = () => {
     const i = Number(slide.value);
-    curvePicture(force, result, i);
+    curvePicture(force, result, i, own);
     const widest = Math.max(...result.contour.flat().filter(Number.isFinite)) || curve.radius[i] || 1e-9;
     const earlier = [0.25, 0.5, 0.75].map((share) => Math.round(share * i)).filter((each) => each !== i);
     const outlines = [...earlier.map((each) => ({ phi: result.phi, r: result.contour[each], faint: true })), { phi: result.phi, r: result.contour[i] }];
@@ -44,7 +45,7 @@ function show(box, result, tools) {
     if (history) said.push(["time", quantity(curve.time[i], "s")]);
     said.push(["depth", quantity(curve.depth[i], "m", 6)], ["force", quantity(curve.force[i], "N", 6)], ["radius", quantity(curve.radius[i], "m", 6)]);
     if (!history) said.push(["stiffness", quantity(curve.stiffness[i], "N/m", 6)]);
-    if (!history) said.push(...kept.map((other) => [`force / ${other.label}`, ratio(curve.force[i], forceAt(other, curve.depth[i]))]));
+    if (!history) said.push(...kept.map((other, k) => [`force / ${called(other, k, own)}`, ratio(curve.force[i], forceAt(other, curve.depth[i]))]));
     if (result.exact) said.push(["error", "exact (round tip)"]);
     else if (curve.force_error) said.push(["force error", `${percent(curve.force_error[i])}`], ["outline error", `${percent(curve.contour_error?.[i])}`]);
     if (curve.strain_factor) said.push(["force / linear theory", String(Number(curve.strain_factor[i].toPrecision(4)))]);
@@ -66,7 +67,7 @@ function show(box, result, tools) {
       outlines: [{ phi: result.phi, r: result.contour[i] }],
       title: "Contact pressure",
     });
-    map.append(element("p", { class: "about" }, `Mean pressure ${quantity(found.mean, "Pa")}, typical error ${quantity(found.error, "Pa", 2)}.`));
+    map.append(element("p", { class: "about" }, `Mean pressure ${quantity(found.mean, "Pa")}, typical error ${percent(found.error / found.mean)} of it.`));
   };
   const askForPressure = () => {
     if (!box.contains(map)) return null; // another tab is shown
@@ -96,6 +97,13 @@ const percent = (value) => (value === null || value === undefined ? "–" : `${N
 
 const ratio = (force, other) => (force === null || !other ? "–" : String(Number((force / other).toPrecision(4))));
 
+/** A kept curve by its number and what its form had other than the one that is shown. */
+function called({ form }, k, own) {
+  const names = [...new Set([...form.keys(), ...own.keys()])].filter((name) => form.get(name) !== own.get(name));
+  const said = names.slice(0, 2).map((name) => `${name} ${form.get(name) ?? "empty"}`);
+  return [`kept ${k + 1}`, [...said, ...(names.length > 2 ? ["..."] : [])].join(", ")].filter(Boolean).join(": ");
+}
+
 /** The force of a kept curve at a depth, between its steps; null outside of them. */
 function forceAt(curve, depth) {
   for (let i = 1; i < curve.depth.length; i++) {
@@ -107,7 +115,7 @@ function forceAt(curve, depth) {
 }
 
 /** Buttons that keep the curve beside later ones, and drop those that were kept. */
-function keeping(result, draw) {
+function keeping(result, form, draw) {
   const keep = element("button", { type: "button", id: "keep", title: "Draw this curve beside those of later forms" }, "Keep this curve");
   const drop = element("button", { type: "button", id: "drop-kept", hidden: "" }, "Forget kept curves");
   const update = () => {
@@ -116,7 +124,7 @@ function keeping(result, draw) {
   };
   keep.addEventListener("click", () => {
     const valid = result.curve.force.map((value, i) => (result.curve.valid[i] ? value : null));
-    kept.push({ of: result, depth: result.curve.depth, force: valid, label: `${kept.length + 1}${result.title ? `: ${result.title}` : ""}` });
+    kept.push({ of: result, form, depth: result.curve.depth, force: valid });
     update();
     draw();
   });
@@ -135,7 +143,7 @@ function bestStep(curve) {
   return curve.depth.length - 1;
 }
 
-function curvePicture(box, result, i) {
+function curvePicture(box, result, i, own) {
   const { curve } = result;
   if ("time" in curve) {
     lines(box, {
@@ -162,7 +170,7 @@ function curvePicture(box, result, i) {
   if (curve.valid.includes(false)) {
     series.push({ x: curve.depth, y: held(curve.force, false), colour: "var(--grey)", label: "force where the theory does not hold" });
   }
-  kept.forEach(({ depth, force, label }, k) => series.push({ x: depth, y: force, colour: KEPT[k], dash: "2 3", label: `kept ${label}` }));
+  kept.forEach((other, k) => series.push({ x: other.depth, y: other.force, colour: KEPT[k], dash: "2 3", label: called(other, k, own) }));
   lines(box, {
     x: { label: "indentation depth", unit: "m" },
     y: { label: "force", unit: "N", colour: "var(--one)" },

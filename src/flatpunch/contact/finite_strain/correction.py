@@ -95,16 +95,18 @@ def _in_table(place: Place, control: Control, depth: Array) -> None:
         )
 
 
-def overestimate(medium: Body, indenter: object, depth: Array) -> str | None:
-    """What linear theory is off by at the largest depth, as the end of a note; None outside the table."""
+def overestimate(medium: Body, indenter: object, depth: Array, *, corrects: bool) -> str | None:
+    """What linear theory is off by at the largest depth, as the end of a note; None where nothing is tabulated."""
     try:
         place = place_of(medium, indenter)
     except BadValue:
         return None
-    largest = np.array([np.nanmax(depth, initial=0.0)])
-    if not 0 < largest[0] <= place.deepest:
+    largest = np.minimum(np.array([np.nanmax(depth, initial=0.0)]), place.deepest)
+    if not largest[0] > 0:
         return None
     off = 100 * (float(place.ratio(largest)[0][0]) - 1)
     side = "less" if off < 0 else "more"
-    found = f"at {text(float(largest[0]), 'm')} a neo-Hookean solid takes {abs(off):.2g} % {side} force than linear theory; "
-    return found + f"finite_strain = '{NEO_HOOKEAN}' corrects it."
+    end = ", where the table ends," if largest[0] == place.deepest else ""
+    found = f"at {text(float(largest[0]), 'm')}{end} a neo-Hookean solid takes {abs(off):.2g} % {side} force than linear theory"
+    remedy = f"; finite_strain = '{NEO_HOOKEAN}' corrects it{' up to there' if end else ''}" if corrects else ""
+    return f"{found}{remedy}."

@@ -11,6 +11,7 @@ from pydantic import Field
 from flatpunch._support.checks import shown
 from flatpunch._support.paths import Plain
 from flatpunch.designs import LargestLoad, Limit, Target
+from flatpunch.designs.targets import UNITS
 from flatpunch.designs.variables import unit_of, variables
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Count, Force, Length, Table
@@ -21,12 +22,7 @@ from flatpunch.media import Body
 
 QuantityName = Literal["force", "depth", "stiffness", "radius"]
 
-_DIMENSIONS = {
-    "force": units.FORCE,
-    "depth": units.LENGTH,
-    "radius": units.LENGTH,
-    "stiffness": units.STIFFNESS,
-}
+_DIMENSIONS = {name: units.BY_UNIT[unit] for name, unit in UNITS.items()}
 """What the quantities of a contact are measured in."""
 
 

@@ -74,21 +74,24 @@ def _number(value: object) -> float:
         raise ValueError("is too large for a number.") from None
 
 
-Length = Annotated[float, _reader(units.LENGTH), Field(description="a length such as '1.2 um'")]
-Pressure = Annotated[float, _reader(units.PRESSURE), Field(description="a pressure such as '5 kPa'")]
-Force = Annotated[float, _reader(units.FORCE), Field(description="a force such as '2.5 nN'")]
-Angle = Annotated[float, _reader(units.ANGLE), Field(description="an angle such as '35 deg'")]
-Curvature = Annotated[float, _reader(units.CURVATURE), Field(description="a curvature such as '0.05 1/um'")]
-Time = Annotated[float, _reader(units.TIME), Field(description="a time such as '0.5 s'")]
-WorkOfAdhesion = Annotated[
-    float, _reader(units.WORK_OF_ADHESION), Field(description="a work of adhesion such as '50 mJ/m^2'")
-]
-InterfaceStiffness = Annotated[
-    float, _reader(units.INTERFACE), Field(description="an interface stiffness such as '20 GPa/um'")
-]
+def _described(dimension: units.Dimension) -> Any:
+    return Field(description=f"{dimension.phrase} such as {dimension.example!r}")
+
+
+Length = Annotated[float, _reader(units.LENGTH), _described(units.LENGTH)]
+Pressure = Annotated[float, _reader(units.PRESSURE), _described(units.PRESSURE)]
+Force = Annotated[float, _reader(units.FORCE), _described(units.FORCE)]
+Angle = Annotated[float, _reader(units.ANGLE), _described(units.ANGLE)]
+WorkOfAdhesion = Annotated[float, _reader(units.WORK_OF_ADHESION), _described(units.WORK_OF_ADHESION)]
+Time = Annotated[float, _reader(units.TIME), _described(units.TIME)]
 Number = Annotated[float, BeforeValidator(_number), Field(description="a number such as 0.3")]
 Count = Annotated[StrictInt, Field(description="a whole number such as 4")]
 Switch = Annotated[StrictBool, Field(description="true or false")]
+OF_UNITS: dict[str, Any] = {
+    "": Number,
+    **{each.unit: Annotated[float, _reader(each), _described(each)] for each in units.DIMENSIONS},
+}
+"""Types of fields by the unit of their numbers."""
 
 
 class Table(BaseModel):
@@ -183,7 +186,7 @@ def explain(details: Sequence[ErrorDetails], data: object) -> list[Problem]:
     return [*(Problem(place, brief(text)) for place, text in found), *more]
 
 
-_LISTED = 20
+_LISTED = 10
 """Problems of one file that are listed."""
 
 LONGEST = 100_000
@@ -204,7 +207,7 @@ def _problem(entry: ErrorDetails, data: object) -> Problem:
     if kind == "unknown_field":
         return _unknown(path, str(context["field"]), str(context["advice"]))
     if kind == "missing":
-        return Problem(path, f"{path} is missing{_needed(str(entry['loc'][-1]))}.")
+        return Problem(path, f"{path} is missing{_needed(path)}.")
     if kind == "union_tag_not_found":
         return Problem(f"{path}.kind", f"{path}.kind is missing; it is one of {_kinds(path)}.")
     if kind == "union_tag_invalid":
@@ -265,9 +268,11 @@ def _written(table: Any, key: str) -> tuple[str, object]:
     return way, table
 
 
-def _needed(field: str) -> str:
-    """What a missing field wants, from the description of its type wherever a table has it."""
-    for table in _all_tables():
+def _needed(path: str) -> str:
+    """What a missing field wants, from the description of its type in a table of its section, or wherever a table has it."""
+    *_, owner, field = f".{path}".split(".")
+    section = owner.partition("[")[0]
+    for table in sorted(_all_tables(), key=lambda each: each.section != section):
         info = table.model_fields.get(field)
         if info is not None and info.description:
             return f"; it needs {info.description}"

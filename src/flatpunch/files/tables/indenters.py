@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from functools import reduce
-from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
 from flatpunch import indenters
 from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.numbers import arguments
-from flatpunch._support.reading import Unreadable, content
+from flatpunch._support.reading import Unreadable, text_content
 from flatpunch.files import units
 from flatpunch.files.height_maps import read_height_map
 from flatpunch.files.tables.fields import Angle, Count, Length, Number, Switch, Table
-from flatpunch.files.tables.made import Made, table_of
-from flatpunch.indenters._common import CaseFile
+from flatpunch.files.tables.made import Made, chosen, kinds_in, table_of
 from flatpunch.indenters.profile import Indenter
 
 
@@ -126,9 +122,7 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
     """
     try:
         # largest CSV file of a profile [bytes]
-        text = content(path, 20_000_000).decode("utf-8")
-    except UnicodeDecodeError:
-        raise BadValue("file", shown(path.name), "is no text file; a profile is CSV in UTF-8.") from None
+        text = text_content(path, 20_000_000)
     except Unreadable as error:
         raise BadValue("file", shown(path.name), f"is {error}. Give its path relative to the case file.") from None
     lines = [
@@ -185,23 +179,15 @@ def _column_scale(cell: str, expected: str, name: str) -> float:
         raise BadValue("file", shown(name), f"has the column heading {shown(cell)}, whose unit {error}") from None
 
 
-def _tables() -> Iterator[Any]:
+def kinds() -> dict[str, type[Table]]:
     """Tables of all kinds of tips: those that are marked in their own files, and those of measured ones."""
-    for name in indenters.__all__:
-        made = getattr(indenters, name)
-        marked: CaseFile | None = made.__dict__.get("_case_file_")
-        if marked is not None:
-            base = WornTable if marked.wears else TiltedTable if marked.tilts else Made
-            kind = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", name).lower()
-            yield table_of(kind, "indenter", [getattr(made, way) if way else made for way in marked.ways], base)
-    yield table_of("radial-profile", "indenter", [indenters.RadialProfile], _ProfileTable, {"r", "f"})
-    yield HeightMapTable
+    made = kinds_in("indenter", {"": Made, "tilts": TiltedTable, "wears": WornTable})
+    return {**made, "radial-profile": _PROFILE, "height-map": HeightMapTable}
 
 
-if TYPE_CHECKING:
-    IndenterTable = Table
-else:
-    IndenterTable = Annotated[
-        reduce(or_, _tables()),
-        Field(discriminator="kind", description="a table [indenter] such as kind = 'sphere', radius = '5 um'"),
-    ]
+_PROFILE = table_of("radial-profile", "indenter", [indenters.RadialProfile], _ProfileTable, {"r", "f"})
+# each tip marks itself when it is loaded
+_ = [getattr(indenters, name) for name in indenters.__all__]
+
+_NEEDED = "a table [indenter] such as kind = 'sphere', radius = '5 um'"
+IndenterTable = Annotated[Table, chosen(kinds), Field(description=_NEEDED)]

@@ -52,15 +52,21 @@ class MeasuredTable(_SurfaceTable):
     kind: Literal["file"]
     file: str
     peaks: Literal["highest", "lowest"] = "highest"
+    level: Switch = False
+    fill: Switch = False
+    resample: Switch = False
     channel: Count | None = None
     height_scale: Number = 1.0
+    spacing: Length | None = None
+    unit: str | None = None
 
     def build(self, folder: Path) -> Topography:
         """Return the surface."""
+        given = {
+            name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "file", "periodic")
+        }
         try:
-            rough = read_topography(
-                folder / self.file, peaks=self.peaks, channel=self.channel, height_scale=self.height_scale
-            )
+            rough = read_topography(folder / self.file, **given)
         except ImportError as error:
             raise ValueError(str(error)) from None
         return self.ended(rough)

@@ -19,7 +19,7 @@ from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indentation import indent
 from flatpunch.fits.adhesion.branch import BranchFamily, BranchTables, StableBranch, branch_tables
-from flatpunch.fits.parameters.free_parameters import ExactForce, SampleParameters
+from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
 from flatpunch.fits.parameters.numbers import WORK
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
@@ -41,7 +41,7 @@ def adhesive_method(indenter: Indenter, method: FitMethod) -> MethodName:
 
 
 @dataclass(frozen=True)
-class AdhesiveModel(SampleParameters):
+class AdhesiveModel(FreeParameters):
     """Force over depth of an adhesive contact as a function of the free parameters; see `ForwardModel`.
 
     Parameters
@@ -63,7 +63,7 @@ class AdhesiveModel(SampleParameters):
     adhesive: ClassVar[bool] = True
     _tables: BranchTables = field(init=False, repr=False, compare=False)
     _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
-    _knots: Mapping[str, tuple[float, float]] = field(init=False, repr=False, compare=False)
+    knots: Mapping[str, tuple[float, float]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         self.sample.check(self.free)
@@ -74,7 +74,7 @@ class AdhesiveModel(SampleParameters):
         object.__setattr__(self, "method", adhesive_method(tip, self.method))
         free = [name for name in self.free if name != WORK]
         found = scaling(medium, tip, free, numbers=self.numbers)
-        object.__setattr__(self, "_knots", found.knots)
+        object.__setattr__(self, "knots", found.knots)
         work = None if tip.round or self.approximate else _work_coordinate(found)
         coordinates = (*found.coordinates, *([work] if work else []))
         half = _half_powers(found)
@@ -89,11 +89,6 @@ class AdhesiveModel(SampleParameters):
     def tabulated(self) -> bool:
         """Whether the branch comes from tables; with many free parameters each is solved."""
         return self._tables.functions[0].tabulated
-
-    @property
-    def knots(self) -> Mapping[str, tuple[float, float]]:
-        """Internal values between which there are knots of the tables, where these end."""
-        return self._knots
 
     def evaluate(self, depth: Array, theta: Array, softest: float = -np.inf) -> tuple[Array, Array, Array]:
         """Force F [N], dF/dd [N/m] and dF/dtheta [N], shape (parameters, n), at depths [m] of any sign, on the stable branch.
@@ -148,8 +143,7 @@ class AdhesiveModel(SampleParameters):
                 **sample.physics.given,
                 angles=FEW_ANGLES,
             )
-        error = float(curve["force_error"].max()) if "force_error" in curve else 0.0
-        return ExactForce(np.asarray(curve["force"].values), str(curve.attrs["notes"]), error)
+        return ExactForce.of(curve, [str(curve.attrs["notes"])])
 
 
 def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:

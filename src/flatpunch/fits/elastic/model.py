@@ -18,7 +18,6 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch._support.numbers import Place
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import FEW_ANGLES, percent
@@ -26,11 +25,11 @@ from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.contact.physics import FiniteStrain
 from flatpunch.fits.elastic.table import Table, at_pieces
 from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
-from flatpunch.fits.parameters.numbers import check_names, numbers_in
+from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, paths
+from flatpunch.media import Body
 from flatpunch.punch import UnresolvedLayer
 
 _THIRD_OF_DECADE = 10 ** (1 / 3)
@@ -84,12 +83,12 @@ class ForwardModel(FreeParameters):
     finite_strain: FiniteStrain | None = None
     _table: Table = field(init=False, repr=False, compare=False)
     _forms: tuple[Array, Array] = field(init=False, repr=False, compare=False)
-    _knots: Mapping[str, tuple[float, float]] = field(init=False, repr=False, compare=False)
+    knots: Mapping[str, tuple[float, float]] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         free = tuple(self.free)
         object.__setattr__(self, "free", free)
-        check_names(free, self.numbers)
+        self.sample.check(free)
         method = method_for(self.indenter, self.method)
         object.__setattr__(self, "method", method)
         large = self.finite_strain is not None
@@ -100,7 +99,7 @@ class ForwardModel(FreeParameters):
                 raise ValueError(f"{slanted[0]} cannot be fitted with finite_strain, whose factor depends on it.")
         forms = [self.linear(w) for w in (found.force, found.depth, *(c.weights for c in found.coordinates))]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in forms]), np.array([w for _, w in forms])))
-        object.__setattr__(self, "_knots", found.knots)
+        object.__setattr__(self, "knots", found.knots)
         start = found.problem([c.offset for c in found.coordinates])
         object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, method, self.finite_strain))
 
@@ -115,18 +114,9 @@ class ForwardModel(FreeParameters):
         return self._table.tabulated
 
     @cached_property
-    def numbers(self) -> Mapping[str, Place]:
-        """All numbers of the case by name, with their values in it."""
-        return numbers_in(self.medium, self.indenter)
-
-    @property
-    def knots(self) -> Mapping[str, tuple[float, float]]:
-        """Internal values between which there are knots of the table, where these end."""
-        return self._knots
-
-    def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
-        """Medium and indenter with these values."""
-        return paths.with_values(self.medium, self.indenter, values)
+    def sample(self) -> Sample:
+        """The case; free parameters have their starting values in it."""
+        return Sample(self.medium, self.indenter)
 
     def evaluate(self, depth: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Force and derivatives at depths > 0.
@@ -192,11 +182,10 @@ class ForwardModel(FreeParameters):
         curve = indent(medium, indenter, depth=depth, method=method, angles=FEW_ANGLES, finite_strain=law)
         # outlines are no part of a fit
         notes = [note for note in str(curve.attrs["notes"]).splitlines() if "the outline" not in note]
-        error = float(curve["force_error"].max())
         if not indenter.round:
-            name = curve.attrs["method"]
-            notes.append(f"Forces are those of the {name} method, which expects to be within {percent(error)}.")
-        return ExactForce(np.asarray(curve["force"].values), "\n".join(notes), error)
+            error = percent(float(curve["force_error"].max()))
+            notes.append(f"Forces are those of the {curve.attrs['method']} method, which expects to be within {error}.")
+        return ExactForce.of(curve, notes)
 
 
 def free_coordinates(found: Scaling) -> tuple[str, ...]:

@@ -264,7 +264,8 @@ def fit_film(
     def points(frame: float) -> OliverPharr:
         return analysed(curve, tip, max(frame, 0.0)).taken(inside)
 
-    known = numbers_in(sample, None) | {FRAME: BESIDE[FRAME], IMPRINT: BESIDE[IMPRINT]._replace(value=imprint or _HALF)}
+    known = numbers_in(sample, None)
+    known.update({FRAME: BESIDE[FRAME], IMPRINT: BESIDE[IMPRINT]._replace(value=imprint or _HALF)})
     check_names(names, known)
     _check_imprint(sample, IMPRINT in names, imprint)
     scales = [Scale("plain", frame, _UNIT) if n == FRAME else Scale.of(known[n]) for n in names]

@@ -9,7 +9,7 @@ constants leave the signal and the position of the cantilever's base as they are
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,14 +31,31 @@ _LINE = re.compile(
 def constants_in(lines: Sequence[str]) -> Constants:
     """Constants in the lines above the numbers of a text file: "# springConstant: 0.02", "k (N/m) 0.019", "invOLS = 60 nm/V"."""
     found: dict[str, float] = {}
-    for match in filter(None, map(_LINE.match, lines)):
-        entries = ((name, [f"= {entry}" for entry in known]) for name, known in WORDS["constants"].items())
-        name, unit = next((name for name, known in entries if listed(match[1], known)), None), match[2] or match[4]
+    for name, title, number, unit in _numbers_in(lines, "constants"):
         # a k alone may be anything
-        if name is not None and (unit or words(match[1]) != ("k",)):
-            value = _in_si(name, float(match[3].replace(",", ".")), unit)
+        if unit or words(title) != ("k",):
+            value = _in_si(name, number, unit)
             found |= {name: value} if value else {}
     return Constants(found.get("spring_constant"), found.get("sensitivity"))
+
+
+def place_in(lines: Sequence[str]) -> dict[str, float]:
+    """Where a curve was taken [m], by the lines above its numbers: "# xPosition: 1.2e-05", "Stage X (mm): 3.5"."""
+    found: dict[str, float] = {}
+    for name, _, number, unit in _numbers_in(lines, "positions"):
+        value = number * ((scale_of(unit, units.LENGTH) or np.inf) if unit else 1.0)
+        # metres that no stage has are another unit that is not given
+        found |= {name: value} if abs(value) < 1 else {}
+    return found
+
+
+def _numbers_in(lines: Sequence[str], kind: str) -> Iterator[tuple[str, str, float, str | None]]:
+    """Yield what lines give of the numbers of a section of `columns.toml`: name, title in the file, number and unit."""
+    for match in filter(None, map(_LINE.match, lines)):
+        entries = ((name, [f"= {entry}" for entry in known]) for name, known in WORDS[kind].items())
+        name = next((name for name, known in entries if listed(match[1], known)), None)
+        if name is not None:
+            yield name, match[1], float(match[3].replace(",", ".")), match[2] or match[4]
 
 
 def _in_si(name: str, number: float, unit: str | None) -> float | None:

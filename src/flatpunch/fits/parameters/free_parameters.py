@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, Self
 
 import numpy as np
+import xarray as xr
 
 from flatpunch._support.checks import Array
-from flatpunch._support.numbers import Place
-from flatpunch.fits.parameters.numbers import Scale, ends
+from flatpunch.fits.parameters.numbers import Numbers, Scale, ends
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -26,6 +26,12 @@ class ExactForce(NamedTuple):
     force: Array
     notes: str
     error: float
+
+    @classmethod
+    def of(cls, curve: xr.Dataset, notes: Iterable[str]) -> Self:
+        """That of a contact; exact methods estimate no error."""
+        error = float(curve["force_error"].max()) if "force_error" in curve else 0.0
+        return cls(np.asarray(curve["force"].values), "\n".join(notes), error)
 
 
 class FreeParameters(ABC):
@@ -50,14 +56,25 @@ class FreeParameters(ABC):
         """Whether forces come from tables, so that an evaluation costs no solution of the contact."""
         return True
 
-    @property
-    @abstractmethod
-    def numbers(self) -> Mapping[str, Place]:
-        """All numbers of the case by name, with their values in it."""
+    if TYPE_CHECKING:  # properties here would be taken for defaults of fields
 
-    @abstractmethod
+        @property
+        def sample(self) -> Sample:
+            """The case; free parameters have their starting values in it."""
+
+        @property
+        def knots(self) -> Mapping[str, tuple[float, float]]:
+            """Internal values between which there are knots of a table, where these end."""
+
+    @property
+    def numbers(self) -> Numbers:
+        """All numbers of the case by name, with their values in it."""
+        return self.sample.numbers
+
     def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
         """Medium and indenter with these values."""
+        sample = self.sample.replaced(values)
+        return sample.medium, sample.indenter
 
     @abstractmethod
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:
@@ -84,15 +101,6 @@ class FreeParameters(ABC):
 
     @cached_property
     def _offs(self) -> dict[tuple[float, ...], tuple[float, float]]:
-        return {}
-
-    def sample_at(self, values: Mapping[str, float]) -> Sample:
-        """The whole case with these values."""
-        return Sample(*self.case(values))
-
-    @property
-    def knots(self) -> Mapping[str, tuple[float, float]]:
-        """Internal values between which there are knots of a table, where these end."""
         return {}
 
     @cached_property
@@ -130,39 +138,3 @@ class FreeParameters(ABC):
         known = {name: self.numbers[name] for name in weights if name not in self.free}
         fixed = sum(weights[name] * Scale.of(each).internal(each.value) for name, each in known.items())
         return fixed, np.array([weights.get(name, 0.0) for name in self.free])
-
-
-class SampleParameters(FreeParameters):
-    """Free parameters of a model whose case is a `Sample`.
-
-    Attributes
-    ----------
-    sample : Sample
-        The case; free parameters have their starting values in it.
-    """
-
-    sample: Sample
-
-    @property
-    def medium(self) -> Body:
-        """Medium with the starting values."""
-        return self.sample.medium
-
-    @property
-    def indenter(self) -> Indenter:
-        """Tip with the starting values."""
-        return self.sample.indenter
-
-    @property
-    def numbers(self) -> Mapping[str, Place]:
-        """All numbers of the case by name, with their values in it."""
-        return self.sample.numbers
-
-    def case(self, values: Mapping[str, float]) -> tuple[Body, Indenter]:
-        """Medium and indenter with these values."""
-        sample = self.sample_at(values)
-        return sample.medium, sample.indenter
-
-    def sample_at(self, values: Mapping[str, float]) -> Sample:
-        """The whole case with these values."""
-        return self.sample.replaced(values)

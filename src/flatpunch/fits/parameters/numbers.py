@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 
 from flatpunch._support.checks import TINY, shown
-from flatpunch._support.numbers import Number, Place, a_length, a_pressure, a_ratio, numbers_of
-from flatpunch._support.paths import steps
+from flatpunch._support.numbers import Number, Place, a_ratio
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, Interface, Material, Stack
-from flatpunch.sensitivities.parameters import Parameter, parameters
+from flatpunch.media import Body, Interface, Material
+from flatpunch.media.paths import groups
+from flatpunch.sensitivities.parameters import parameters
 
 OF = " @ "
 """Between the path of a number and the name of the one curve that it belongs to."""
@@ -48,91 +49,45 @@ BESIDE: dict[str, Place] = {
 }
 """What a fit has beside the numbers of medium and tip."""
 
-_RATIOS = "all moduli at their ratios"
-_GROUPS = {"young": a_pressure("E", about=_RATIOS), "surface_modulus": a_pressure("contact modulus", about=_RATIOS)}
-"""All moduli of a material as one number: the last where they vary with depth."""
-_OF_MEDIA = {
-    "young": a_pressure("E"),
-    "poisson": a_ratio("Poisson ratio", above=-1.0, most=0.5),
-    "thickness": a_length("thickness"),
-    "normal spring": Number("normal interface stiffness", "Pa/m", above=0.0),
-    "shear spring": Number("shear interface stiffness", "Pa/m", above=0.0),
-}
-"""Declarations of the numbers of media that have none of their own."""
+
+class Numbers(dict[str, Place]):
+    """Records by name; `members` has for each group of moduli the names of those that it moves at their ratios."""
+
+    members: Mapping[str, tuple[str, ...]] = MappingProxyType({})
 
 
-def numbers_in(medium: Body, indenter: Indenter | None) -> dict[str, Place]:
+def numbers_in(medium: Body, indenter: Indenter | None) -> Numbers:
     """All numbers of a medium and a tip that can be fitted, and the groups of moduli at their ratios, by path."""
-    tip = {each.path: each for each in numbers_of(indenter, "indenter")}
-    bodies = dict(medium.sides) if medium.single or medium.pair else {}
-    listed = parameters(medium, indenter)
-    own = {each.name: _of_medium(medium, each) for each in listed if each.body >= 0 and bodies}
-    groups = [group for name, body in bodies.items() for group in _groups(body, f"{name}." if name else "")]
-    return {**own, **{each.path: each for each in groups}, **{p.name: tip[p.name] for p in listed if p.body < 0}}
-
-
-def _of_medium(medium: Body, parameter: Parameter) -> Place:
-    """The record of a number of a medium, whose classes declare none."""
-    way = steps(parameter.name)
-    *above, last = way[:-1] if isinstance(way[-1], int) else way
-    words = parameter.kind if parameter.kind.startswith(str(last)) else f"{parameter.kind} {last}"
-    number = Number(words.replace("_", " "), parameter.unit, above=0.0 if parameter.unit else -np.inf)
-    return Place(parameter.name, parameter.value, _OF_MEDIA.get(words, number), owner_at(medium, above))
-
-
-def owner_at(thing: object, way: Iterable[str | int]) -> object:
-    """What is at the end of a path; a half-space by itself is its own base."""
-    found: Any = thing
-    for step in way:
-        found = found[step] if isinstance(step, int) else getattr(found, step)
+    listed = [Place(each.path, each.value, each.number, each.owner) for each in parameters(medium, indenter)]
+    if not (medium.single or medium.pair):
+        listed = [each for each in listed if each.path.startswith("indenter.")]
+    known = groups(medium) if medium.single or medium.pair else []
+    places = sorted([*listed, *(each.place for each in known)], key=lambda each: each.path.startswith("indenter."))
+    found = Numbers({each.path: each for each in places})
+    found.members = {each.place.path: each.members for each in known}
     return found
 
 
-def _groups(body: Stack, prefix: str) -> Iterator[Place]:
-    """The moduli of materials that have more than a Young's modulus, as one number each."""
-    parts: list[tuple[str, Any]] = [(f"{prefix}layers[{i}]", layer) for i, layer in enumerate(body.layers)]
-    for path, part in (*parts, (f"{prefix}base", body.base)):
-        if not (part.rigid or part.power_law or (part.isotropic and "young" in part.numbers)):
-            name = "surface_modulus" if part.varies else "young"
-            yield Place(f"{path}.{name}", getattr(part, name), _GROUPS[name], part)
-
-
-def is_group(number: Place) -> bool:
-    """Whether it stands for all moduli of a material."""
-    return number.number in _GROUPS.values()
-
-
-def members(group: Place, numbers: Mapping[str, Place]) -> list[str]:
-    """Names of the moduli that a group stands for."""
-    start = f"{group.path.rpartition('.')[0]}."
-    inside = (each for name, each in numbers.items() if name.startswith(start) and not is_group(each))
-    return [each.path for each in inside if each.number.unit == "Pa"]
-
-
-def check_names(
-    names: Iterable[str], numbers: Mapping[str, Place], advice: Callable[[str], str] = lambda name: ""
-) -> None:
+def check_names(names: Iterable[str], numbers: Numbers, advice: Callable[[str], str] = lambda name: "") -> None:
     """Refuse names that are no numbers of a case, and a group of moduli beside one of them."""
     names = tuple(names)
     for name in names:
         if name not in numbers:
             known = ", ".join(numbers)
             raise ValueError(f"free parameter {shown(name)} is not part of this case; it has {known}.{advice(name)}")
-    for group in (numbers[name] for name in names if is_group(numbers[name])):
-        if inside := [name for name in members(group, numbers) if name in names]:
+    for group in names:
+        if inside := [name for name in numbers.members.get(group, ()) if name in names]:
             raise ValueError(
-                f"free parameters {group.path} and {inside[0]} exclude each other: the first is all moduli of the material at "
+                f"free parameters {group} and {inside[0]} exclude each other: the first is all moduli of the material at "
                 "their ratios. Fit it, or the moduli one by one."
             )
 
 
 def smooth(number: Place) -> bool:
-    """Whether a force is smooth in a number, at all values that its declaration allows."""
+    """Whether a force is smooth in a number that is no group, at all values that its declaration allows."""
     owner = number.owner
-    if is_group(number) or isinstance(owner, Interface):
-        return True
     if not isinstance(owner, Material) or owner.varies or owner.power_law:
-        return False
+        return isinstance(owner, Interface)
     return not owner.anisotropic or number.number.unit == "m"
 
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import shown
-from flatpunch._support.numbers import Place, numbers_of
+from flatpunch._support.numbers import numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium
-from flatpunch.fits.parameters.numbers import WORK, check_names, numbers_in
+from flatpunch.fits.parameters.numbers import WORK, Numbers, check_names, numbers_in
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
 
@@ -79,9 +79,11 @@ class Sample:
         return self.physics.relaxation is not None
 
     @cached_property
-    def numbers(self) -> Mapping[str, Place]:
+    def numbers(self) -> Numbers:
         """All numbers that can be fitted, by name."""
-        return numbers_in(self.medium, self.indenter) | {each.path: each for each in numbers_of(self.physics)}
+        found = numbers_in(self.medium, self.indenter)
+        found.update((each.path, each) for each in numbers_of(self.physics))
+        return found
 
     def check(self, names: Iterable[str]) -> None:
         """Refuse names that are no parameters, and a group of moduli beside one of them."""

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from flatpunch._support.numbers import Place, numbers_of
-from flatpunch.fits.parameters.numbers import Scale, is_group, members, numbers_in, smooth
+from flatpunch.fits.parameters.numbers import Numbers, Scale, numbers_in, smooth
 from flatpunch.indenters import Cone, Paraboloid, Pyramid
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, paths
@@ -136,7 +136,7 @@ def scaling(
     free: Sequence[str],
     *,
     large: bool = False,
-    numbers: Mapping[str, Place] | None = None,
+    numbers: Numbers | None = None,
 ) -> Scaling:
     """Work out how the force depends on the free parameters; at large strains it is not in proportion to a cone's slope.
 
@@ -187,15 +187,13 @@ def scaling(
     return Scaling(medium, indenter, numbers, force, depth, tuple(moving), modulus, length, units)
 
 
-def _one_modulus_each(numbers: Mapping[str, Place], free: Sequence[str]) -> list[str]:
+def _one_modulus_each(numbers: Numbers, free: Sequence[str]) -> list[str]:
     """Numbers of the medium in which the force is smooth, with one modulus for each material: the group where it is free."""
-    found = {name: each for name, each in numbers.items() if smooth(each)}
-    for name, each in list(found.items()):
-        if is_group(each):
-            inside = [member for member in members(each, numbers) if member in found]
-            for out in inside if name in free else [name] * bool(inside):
-                del found[out]
-    return list(found)
+    found = [name for name, each in numbers.items() if name not in numbers.members and smooth(each)]
+    for group, inside in numbers.members.items():
+        if group in free or not any(member in found for member in inside):
+            found = [group, *(name for name in found if name not in inside)]
+    return found
 
 
 def _only_number(numbers: Mapping[str, Place], indenter: Indenter) -> str | None:

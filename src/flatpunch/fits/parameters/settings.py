@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypedDict
 
 from flatpunch._support.checks import BadValue, real, shown, switch
-from flatpunch._support.deprecation import deprecated
 from flatpunch._support.kinds import one_of
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
@@ -81,20 +80,14 @@ class Free:
         for name in ("start", "minimum", "maximum"):
             given = getattr(self, name)
             # limits may be infinite, which is none
-            if given is not None and not (name != "start" and isinstance(given, float) and math.isinf(given)):
-                object.__setattr__(self, name, real(f"Free.{name}", given))
+            none = given is None or (name != "start" and isinstance(given, float) and math.isinf(given))
+            object.__setattr__(self, name, None if none else real(f"Free.{name}", given))
 
 
 FreeNames = Iterable[str] | Mapping[str, Free | float | tuple[float | None, float | None] | None]
 """What is fitted: names of parameters, or with each a `Free`, its starting value or its limits."""
 
 
-def _of_engine(engine: str) -> dict[str, bool]:
-    """What the engines of before are now."""
-    return {"quick": one_of("engine", engine, ("lmfit", "normal-equations")) == "normal-equations"}
-
-
-@deprecated(since="1.0", gone="2.0", instead="quick=True or False", keywords={"engine": _of_engine})
 @readable
 @dataclass(frozen=True, slots=True)
 class Settings:

@@ -322,7 +322,7 @@ class FitResult(Fitted, Tabled):
 def _sample(result: Fitted) -> dict[str, str | float]:
     """Sample and method of a curve as attributes of a file."""
     model = result.objective.model
-    sample = model.sample_at(result.values)
+    sample = model.sample.replaced(result.values)
     method = method_for(sample.indenter, model.method)
     found: dict[str, str | float] = {
         "method": method if isinstance(method, str) else method.name,

@@ -26,7 +26,7 @@ from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.least_squares.minimum import differences
 from flatpunch.fits.measured.curve import Curve
-from flatpunch.fits.parameters.free_parameters import ExactForce, SampleParameters
+from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.fits.parameters.unknowns import Unknowns
@@ -34,7 +34,7 @@ from flatpunch.media import Relaxation
 
 
 @dataclass(frozen=True)
-class HistoryModel(SampleParameters):
+class HistoryModel(FreeParameters):
     """Force over time of one medium and tip, as a function of the free parameters.
 
     Parameters

@@ -53,15 +53,6 @@ def _holes(missing: Flags) -> Flags:
     return np.asarray(missing & ~outside)
 
 
-def filled(heights: Array) -> Array:
-    """Heights with the missing ones replaced by the nearest known ones, so that a spline goes through them."""
-    missing = np.isnan(heights)
-    if not missing.any():
-        return heights
-    nearest = scipy.ndimage.distance_transform_edt(missing, return_distances=False, return_indices=True)
-    return np.asarray(heights[tuple(nearest)])
-
-
 def oriented(heights: Array, apex: str) -> Array:
     """Heights that grow away from the apex."""
     hint = "In an image of a tip that points up the apex is the highest point."
@@ -77,16 +68,6 @@ def even_spacing(columns: Array, rows: Array) -> tuple[float, float]:
                 f"HeightMap.{name}", "", "is not evenly spaced, which smoothing needs. Resample the map first."
             )
     return float(np.diff(rows).mean()), float(np.diff(columns).mean())
-
-
-def plane(columns: Array, rows: Array, heights: Array) -> Array:
-    """Best plane through the whole map, or what is known of it."""
-    x, y = np.meshgrid(columns - columns.mean(), rows - rows.mean())
-    known = ~np.isnan(heights)
-    scale = np.ptp(columns) + np.ptp(rows)
-    table = np.column_stack([np.full(x.size, scale), x.ravel(), y.ravel()])
-    solution = np.linalg.lstsq(table[known.ravel()], heights[known] - np.mean(heights[known]), rcond=None)[0]
-    return np.asarray(np.mean(heights[known]) + (table @ solution).reshape(x.shape))
 
 
 def lowest_point(columns: Array, rows: Array, heights: Array, near: tuple[float, float] | None) -> tuple[int, int]:

@@ -24,16 +24,15 @@ from flatpunch._support.readable import readable
 from flatpunch.indenters.measured.height_grid import (
     checked_grid,
     even_spacing,
-    filled,
     fitted,
     largest_circle,
     lowest_point,
     oriented,
-    plane,
 )
 from flatpunch.indenters.measured.rising import first_fall
 from flatpunch.indenters.measured.smoothing import what_smoothing_changed
 from flatpunch.indenters.profile import Indenter
+from flatpunch.surfaces.heights import nearest_filled, plane
 
 Smoothing = Annotated[
     float, a_length("smoothing", above=-np.inf, least=0.0, varies=False, remedy="0 interpolates the map as it is.")
@@ -139,14 +138,16 @@ class HeightMap(Indenter):
 
             before, missing = heights, np.isnan(heights)
             width = smoothing / np.array(even_spacing(columns, rows))
-            heights = np.where(missing, np.nan, gaussian_filter(filled(before), width, mode="nearest"))
+            heights = np.where(missing, np.nan, gaussian_filter(nearest_filled(before), width, mode="nearest"))
             notes = (what_smoothing_changed(smoothing, (heights - before)[~missing]),)
         known = np.where(np.isnan(heights), np.inf, heights)
         lowest = lowest_point(columns, rows, known, near)
         by_itself = reach is None or (isinstance(reach, str) and reach == "usable")
         wanted = largest_circle(columns, rows, lowest) if by_itself else positive("HeightMap.reach", reach, unit="m")
         whole = reach is None
-        spline, centre, offset = fitted(columns, rows, filled(heights), lowest, np.inf if whole else max(wanted, 0.0))
+        spline, centre, offset = fitted(
+            columns, rows, nearest_filled(heights), lowest, np.inf if whole else max(wanted, 0.0)
+        )
         gap = known - known[lowest] - offset
         fits = min(centre[0] - columns[0], columns[-1] - centre[0], centre[1] - rows[0], rows[-1] - centre[1])
         if np.isinf(known).any():

@@ -213,9 +213,8 @@ def _checked_table(r: Sequence[float] | Array, f: Sequence[float] | Array) -> tu
         )
     if radii[0] != 0 or heights[0] != 0:
         raise ValueError(
-            f"RadialProfile starts at r = {radii[0]:.6g}, f = {heights[0]:.6g}; it must start at r = 0, f = "
-            "0. "
-            "Subtract the apex first."
+            f"RadialProfile starts at r = {radii[0]:.6g}, f = {heights[0]:.6g}; it must start at r = 0, f = 0. Subtract its "
+            "first point; of a noisy profile smoothing = some spacings of the table [m] finds the apex."
         )
     _refuse(
         "RadialProfile.r",

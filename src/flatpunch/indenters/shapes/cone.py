@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import HalfOpeningAngle, Inclination, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import case_file, spread
+from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
 
-@case_file("", "of_opening", wears=True)
+@in_case_files("indenter", None, "", "of_opening", wear="wears")
 @readable
 @dataclass(frozen=True, slots=True)
 class Cone(RoundShape):

@@ -7,14 +7,15 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import case_file, spread
+from flatpunch.indenters._common import spread
 from flatpunch.indenters.shape import RoundShape
 
 
-@case_file()
+@in_case_files("indenter")
 @readable
 @dataclass(frozen=True, slots=True)
 class Cylinder(RoundShape):

@@ -7,15 +7,16 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import case_file, check_slender, spread
+from flatpunch.indenters._common import check_slender, spread
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shapes.sphere import USABLE
 
 
-@case_file(tilts=True)
+@in_case_files("indenter", wear="tilts")
 @readable
 @dataclass(frozen=True, slots=True)
 class Ellipsoid(Indenter):

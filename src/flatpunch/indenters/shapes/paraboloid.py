@@ -7,15 +7,16 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_curvature, a_length, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import case_file, check_slender, spread
+from flatpunch.indenters._common import check_slender, spread
 from flatpunch.indenters.profile import Indenter
 from flatpunch.indenters.shape import RoundShape
 
 
-@case_file()
+@in_case_files("indenter")
 @readable
 @dataclass(frozen=True, slots=True)
 class Paraboloid(RoundShape):
@@ -61,7 +62,7 @@ _HALF = "A and B are half the principal curvatures, 1/(2 R)."
 _LEVELS = "f = A x^2 + B y^2"
 
 
-@case_file("", "of_radii")
+@in_case_files("indenter", None, "", "of_radii")
 @readable
 @dataclass(frozen=True, slots=True)
 class EllipticParaboloid(Indenter):

@@ -14,10 +14,11 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 import scipy
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array, BadValue, Values
 from flatpunch._support.numbers import Checked, Number, a_length, a_ratio, an_angle, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, case_file, corner_angles, power
+from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, corner_angles, power
 from flatpunch.indenters.profile import Indenter
 
 Psi = Annotated[float, Number("angular factor", None, above=0.0)]
@@ -114,7 +115,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
     return scipy.interpolate.PPoly(np.hstack([piece.c for piece in pieces]), joints)
 
 
-@case_file("through")
+@in_case_files("indenter", None, "through")
 @readable
 @dataclass(frozen=True, slots=True)
 class PowerLaw(Indenter):

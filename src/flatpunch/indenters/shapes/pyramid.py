@@ -8,11 +8,12 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.ceilings import SIDES
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import HalfOpeningAngle, Inclination, a_count, checked
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, case_file, spread
+from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.profile import Indenter
 
 Sides = Annotated[
@@ -23,7 +24,7 @@ Sides = Annotated[
 ]
 
 
-@case_file("", "of_opening", wears=True)
+@in_case_files("indenter", None, "", "of_opening", wear="wears")
 @readable
 @dataclass(frozen=True, slots=True)
 class Pyramid(Indenter):

@@ -8,14 +8,14 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.numbers import a_length
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import case_file
 from flatpunch.indenters.profile import Indenter
 
 
-@case_file()
+@in_case_files("indenter")
 @readable
 @dataclass(frozen=True, slots=True)
 class Roller(Indenter):

@@ -8,14 +8,15 @@ from typing import Annotated
 
 import numpy as np
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array
 from flatpunch._support.numbers import a_length, a_ratio
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import Exponent, case_file, check_slender, power
+from flatpunch.indenters._common import Exponent, check_slender, power
 from flatpunch.indenters.profile import Indenter
 
 
-@case_file()
+@in_case_files("indenter")
 @readable
 @dataclass(frozen=True, slots=True)
 class Superellipse(Indenter):

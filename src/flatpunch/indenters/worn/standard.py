@@ -20,9 +20,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, overload
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import BadValue
 from flatpunch._support.numbers import a_length, an_angle, checked
-from flatpunch.indenters._common import case_file
 from flatpunch.indenters.shapes.cone import Cone
 from flatpunch.indenters.shapes.facets import FacetedPyramid
 from flatpunch.indenters.shapes.pyramid import Pyramid
@@ -47,7 +47,7 @@ def Vickers() -> Pyramid: ...
 def Vickers(*, tip_radius: float) -> Rounded: ...
 @overload
 def Vickers(*, height_removed: float) -> Truncated: ...
-@case_file(wears=True)
+@in_case_files("indenter", wear="wears")
 @checked
 def Vickers(*, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Square diamond, 136 degrees between opposite faces: inclination 22 degrees.
@@ -78,7 +78,7 @@ def Berkovich(*, modified: bool = True) -> Pyramid: ...
 def Berkovich(*, modified: bool = True, tip_radius: float) -> Rounded: ...
 @overload
 def Berkovich(*, modified: bool = True, height_removed: float) -> Truncated: ...
-@case_file(wears=True)
+@in_case_files("indenter", wear="wears")
 @checked
 def Berkovich(*, modified: bool = True, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Three-sided diamond: 65.27 degrees between axis and face (modified, today's), or the 65.03 degrees of the original.
@@ -118,7 +118,7 @@ def CubeCorner() -> Pyramid: ...
 def CubeCorner(*, tip_radius: float) -> Rounded: ...
 @overload
 def CubeCorner(*, height_removed: float) -> Truncated: ...
-@case_file(wears=True)
+@in_case_files("indenter", wear="wears")
 @checked
 def CubeCorner(*, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Corner of a cube, three faces at right angles: tan(inclination) = sqrt(2), far from the small slopes of the theory.
@@ -149,7 +149,7 @@ def Knoop() -> FacetedPyramid: ...
 def Knoop(*, tip_radius: float) -> Rounded: ...
 @overload
 def Knoop(*, height_removed: float) -> Truncated: ...
-@case_file(wears=True)
+@in_case_files("indenter", wear="wears")
 @checked
 def Knoop(*, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0) -> Tip:
     """Rhombic diamond, edges at 172.5 degrees (long diagonal, along x) and 130 degrees (short diagonal, along y).
@@ -183,7 +183,7 @@ def AfmPyramid(front: float, back: float, side: float) -> FacetedPyramid: ...
 def AfmPyramid(front: float, back: float, side: float, *, tip_radius: float) -> Rounded: ...
 @overload
 def AfmPyramid(front: float, back: float, side: float, *, height_removed: float) -> Truncated: ...
-@case_file(wears=True)
+@in_case_files("indenter", wear="wears")
 @checked
 def AfmPyramid(
     front: Front, back: Back, side: Side, *, tip_radius: TipRadius = 0.0, height_removed: HeightRemoved = 0.0

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from flatpunch.fits.measured.calibration import constants_in
+from flatpunch.fits.measured.calibration import constants_in, place_in
 from flatpunch.fits.measured.columns import (
     WAYS,
     WORDS,
@@ -67,6 +67,8 @@ def tables_of(source: str, rows: list[Row], lines: Sequence[str]) -> list[Table]
             constants = tables[0].constants
         cells = np.array([(row + [""] * len(names))[: len(names)] for row in body], dtype=object)
         table = Table(source, names, units, cells, run[0] + 1, breaks, constants, ways=(way,), numbers=(number,))
+        if place := place_in(head):
+            table = replace(table, meta={"metadata": place})
         if last is not None and not titles and not way and number is None:
             at = len(last.rows)
             breaks = (*last.breaks, at, *(at + i for i in breaks))

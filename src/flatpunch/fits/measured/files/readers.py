@@ -172,6 +172,14 @@ def _only(path: Path, found: Sequence[Table], index: int | None) -> int:
     return index or 0
 
 
+class MissingColumn(CurveError):
+    """No column of a role was recognised."""
+
+    def __init__(self, text: str, role: str) -> None:
+        super().__init__(text)
+        self.role = role
+
+
 def curves_in(path: str | Path, **reading: Any) -> int:
     """Number of curves in a file: a force map, a workbook of tests, blocks one below the other.
 
@@ -353,21 +361,23 @@ def _needed(table: Table, positions: Mapping[str, int], explicit: set[str], k: f
     found = ", ".join(f"{table.names[i]!r} as {role}" for role, i in positions.items()) or "none"
     listed = ", ".join(map(repr, table.names)) or "none"
     by_piezo = "piezo" in positions and ("piezo" in explicit or "depth" not in positions)
-    if by_piezo and k is None:
+    bends = "force" in positions or "deflection" in positions
+    if by_piezo and bends and k is None:
         raise CurveError(
             f"{table.source}: a piezo position needs the cantilever's spring constant to become a depth. Write [curve] "
             'spring_constant = "0.05 N/m" into the case file (Python: spring_constant=... [N/m]); if it is the position of the '
             f'tip already, [curve.columns] depth = "{table.names[positions["piezo"]]}". Recognised: {found}.'
         )
-    if by_piezo and ("force" in positions or "deflection" in positions):
+    if by_piezo and bends:
         return ("piezo", "deflection") if "force" not in positions or "deflection" in explicit else ("piezo", "force")
     if {"depth", "force"} <= set(positions):
         return "depth", "force"
     role = "depth" if "force" in positions or "deflection" not in positions else "piezo"
     role = "deflection" if by_piezo else "force" if "depth" in positions else role
-    raise CurveError(
+    raise MissingColumn(
         f"{table.source}: no column of {role} recognised. Columns are {listed}; recognised: {found}. Name it in the case "
-        f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}})."
+        f"file, [curve.columns] {role} = '...' (Python: columns={{'{role}': '...'}}).",
+        role,
     )
 
 

@@ -1,0 +1,238 @@
+"""Maps of heights from files: NumPy archives and matrices, texts, and the formats of microscopes through SurfaceTopography."""
+
+from __future__ import annotations
+
+import io
+import re
+import zlib
+from pathlib import Path
+from typing import NamedTuple
+from zipfile import BadZipFile
+
+import numpy as np
+
+from flatpunch._support.checks import Array, BadValue, Flags, Indices
+from flatpunch._support.prefixes import text
+from flatpunch._support.reading import UNPACKED, Unreadable, content
+from flatpunch.files import units
+
+FEWEST = 7
+"""Fewest columns of a matrix of heights; three columns are x, y and z."""
+
+_MISSING = ("", "nan", "NaN", "NAN", "BAD", "Bad", "bad", "---", "***", "No Data", "-nan", "inf", "-inf")
+"""Cells of a text that stand for a height that was not measured."""
+
+_SEPARATORS = ((";", "."), (";", ","), ("\t", "."), ("\t", ","), (",", "."), (r"\s+", "."), (r"\s+", ","))
+"""Separators of columns and decimal marks of texts, in the order in which they are tried."""
+
+_TITLE = re.compile(r"(?<![a-z])(x|y|z|height)\w*\s*[\[(/]\s*([^\s\]),;]+)", re.IGNORECASE)
+"""A column's title with its unit: "X [um]", "y(nm)", "z/nm"."""
+
+_EXTENT = re.compile(r"(width|height|value units)\s*[:=]\s*([^\s].*?)\s*$", re.IGNORECASE)
+"""What Gwyddion writes over a matrix: the lengths of the map and the unit of its heights."""
+
+
+class Scan(NamedTuple):
+    """Coordinates of columns and rows and heights [m], shapes (nx,), (ny,) and (ny, nx); missing heights are NaN."""
+
+    x: Array
+    y: Array
+    z: Array
+
+
+class Wanted(NamedTuple):
+    """What the caller states of a file: the channel, distance of points [m] and length unit [m] that it may lack."""
+
+    channel: int | None
+    spacing: float | None
+    unit: str | None
+
+    @property
+    def metre(self) -> float | None:
+        """The unit [m]."""
+        return None if self.unit is None else units.named_si("unit", f"1 {self.unit}", units.LENGTH)
+
+    def distance(self, name: str) -> float:
+        """The distance of points [m], which the file lacks."""
+        if self.spacing is None:
+            raise ValueError(f"{name} does not state the distance of its points. Give it in metres: spacing=.")
+        return self.spacing
+
+    def length(self, name: str) -> float:
+        """The length unit [m], which the file lacks."""
+        if self.metre is None:
+            raise ValueError(f"{name} does not state the unit of its heights. Give it: unit='nm', for example.")
+        return self.metre
+
+    def check_needed(self, name: str, *, spacing: bool, unit: bool) -> None:
+        """Refuse what the file states itself."""
+        for called, value, needed in (("spacing", self.spacing, spacing), ("unit", self.unit, unit)):
+            if value is not None and not needed:
+                raise BadValue(called, repr(value), f"is not needed: {name} states its own. Leave it out.")
+
+
+def numbers_of(path: Path, wanted: Wanted) -> Scan | None:
+    """Read a map from a NumPy file or a text; None for any other format, `Unreadable` for what is no file or too large."""
+    ending = path.suffix.lower()
+    if ending == ".npz":
+        return _archive(path, wanted)
+    if ending == ".npy":
+        return _matrix(path.name, _loaded(path), wanted)
+    return _from_text(path, wanted)
+
+
+def _loaded(path: Path) -> dict[str, Array]:
+    """Arrays of a NumPy file by their names; that of .npy is z."""
+    try:
+        # of bytes: from a damaged file NumPy leaves an open one behind
+        found = np.load(io.BytesIO(content(path, UNPACKED)), allow_pickle=False)
+        arrays = (
+            {"z": found} if isinstance(found, np.ndarray) else {name: found[name] for name in "xyz" if name in found}
+        )
+        return {name: np.asarray(array, dtype=float) for name, array in arrays.items()}
+    except Unreadable:
+        raise
+    # what NumPy, `zipfile` and `zlib` raise on damaged archives: sizes that overflow, unknown kinds of compression
+    except (
+        OSError,
+        EOFError,
+        ValueError,
+        TypeError,
+        MemoryError,
+        ArithmeticError,
+        NotImplementedError,
+        BadZipFile,
+        zlib.error,
+    ):
+        raise ValueError(
+            f"{path.name} is no readable NumPy archive of numbers; numpy.savez(path, x=x, y=y, z=z) writes one."
+        ) from None
+
+
+def _archive(path: Path, wanted: Wanted) -> Scan:
+    arrays = _loaded(path)
+    for name in "xyz":
+        if name not in arrays:
+            raise ValueError(f"{path.name} has no array {name}; it must hold x, y and z in metres.")
+    wanted.check_needed(path.name, spacing=False, unit=False)
+    return Scan(arrays["x"], arrays["y"], arrays["z"])
+
+
+def _matrix(name: str, arrays: dict[str, Array], wanted: Wanted) -> Scan:
+    """A matrix of heights without coordinates."""
+    z = arrays.get("z", np.zeros(0))
+    if z.ndim != 2:
+        raise ValueError(f"{name} holds an array of shape {z.shape}; heights are a matrix (ny, nx).")
+    step, metre, (ny, nx) = wanted.distance(name), wanted.length(name), z.shape
+    return Scan(np.asarray(step * np.arange(nx)), np.asarray(step * np.arange(ny)), z * metre)
+
+
+def _from_text(path: Path, wanted: Wanted) -> Scan | None:
+    """Matrix or columns x, y, z of a text; None for what is no head with equally long rows of numbers below it."""
+    raw = content(path, UNPACKED)
+    if b"\0" in raw:
+        return None
+    try:
+        whole_text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        whole_text = raw.decode("latin-1")
+    lines = whole_text.splitlines()
+    first = next(((i, form) for i, line in enumerate(lines[:1000]) if (form := _form(line))), None)
+    table = None if first is None else _table(lines[first[0] :], *first[1])
+    if first is None or table is None:
+        return None
+    head = lines[: first[0]]
+    if table.shape[1] == 3:
+        return _columns(path.name, table, head, wanted)
+    stated = {
+        kind.lower(): value for line in head if (match := _EXTENT.search(line)) for kind, value in [match.groups()]
+    }
+    if not {"width", "height"} <= stated.keys():
+        return _matrix(path.name, {"z": table}, wanted)
+    wanted.check_needed(path.name, spacing=False, unit="value units" not in stated)
+    across, along = (units.named_si(f"{path.name}: {side}", stated[side], units.LENGTH) for side in ("width", "height"))
+    unit = stated.get("value units")
+    metre = wanted.length(path.name) if unit is None else _metre(path.name, unit)
+    ny, nx = table.shape
+    # rows of images run downwards; as for other formats of microscopes y begins at the first row
+    return Scan(across / nx * np.arange(nx), along / ny * np.arange(ny), metre * table)
+
+
+def _metre(name: str, unit: str) -> float:
+    """A unit in the head of a text [m]."""
+    try:
+        return units.to_si(f"1 {unit}", units.LENGTH)
+    except ValueError as error:
+        raise ValueError(f"{name} holds values in {unit!r}, which {error} A height map holds lengths.") from None
+
+
+def _form(line: str) -> tuple[str, str] | None:
+    """Separator and decimal mark of a row of three numbers or more; None for any other line."""
+    for separator, mark in _SEPARATORS:
+        cells = re.split(separator, line.strip()) if separator == r"\s+" else line.strip().split(separator)
+        cells = [cell.strip().replace(mark, ".") for cell in cells]
+        numbers = [cell for cell in cells if cell not in _MISSING]
+        if len(cells) >= 3 and numbers and all(_is_number(cell) for cell in numbers):
+            return separator, mark
+    return None
+
+
+def _is_number(cell: str) -> bool:
+    return re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", cell) is not None
+
+
+def _table(lines: list[str], separator: str, mark: str) -> Array | None:
+    """Rows of numbers, or None where they are no table."""
+    import pandas as pd
+
+    try:
+        frame = pd.read_csv(
+            io.StringIO("\n".join(lines)),
+            sep=separator,
+            decimal=mark,
+            header=None,
+            na_values=list(_MISSING),
+            skipinitialspace=True,
+            dtype=float,
+        )
+    except ValueError:
+        return None
+    table = frame.to_numpy(dtype=float)
+    # a separator at the end of each row
+    table = table[:, :-1] if table.shape[1] > 3 and np.isnan(table[:, -1]).all() else table
+    return table if table.shape[1] == 3 or table.shape[1] >= FEWEST else None
+
+
+def _columns(name: str, table: Array, head: list[str], wanted: Wanted) -> Scan:
+    """A map from columns x, y, z in any order; points that are missing are NaN."""
+    titles = [found for line in head if len(found := _TITLE.findall(line)) == 3]
+    wanted.check_needed(name, spacing=False, unit=not titles)
+    factors = [_metre(name, unit) for _, unit in titles[-1]] if titles else 3 * [wanted.length(name)]
+    x, y, z = (table * factors).T
+    known: Flags = ~(np.isnan(x) | np.isnan(y))
+    (columns, i), (rows, j) = (_levels(name, axis[known]) for axis in (x, y))
+    heights = np.full((rows.size, columns.size), np.nan)
+    if np.unique(j * columns.size + i).size < i.size:
+        raise ValueError(
+            f"{name} is no grid, or has several heights at one point (x, y). Cut it to one map, or resample it."
+        )
+    heights[j, i] = z[known]
+    return Scan(columns, rows, heights)
+
+
+def _levels(name: str, along: Array) -> tuple[Array, Indices]:
+    """Coordinates of the columns or rows of a grid [m], and to which of them each point belongs."""
+    order = np.argsort(along)
+    steps = np.diff(along[order])
+    # coordinates of instruments are rounded: distances within a column are a small part of those between two
+    new = steps > 0.05 * np.ptp(along) / np.sqrt(along.size)
+    number = np.empty(along.size, dtype=int)
+    number[order] = np.concatenate([[0], np.cumsum(new)])
+    count = number.max() + 1
+    levels: Array = np.bincount(number, along) / np.bincount(number)
+    if count < FEWEST or count > along.size / 2:
+        raise ValueError(
+            f"{name} has points on {count} different coordinates, {along.size} points in all; they are no grid of columns and "
+            f"rows at distances such as {text(float(np.ptp(along)) / np.sqrt(along.size), 'm')}. Resample them."
+        )
+    return levels, number
