@@ -68,7 +68,7 @@ def test_texts_that_lack_something_are_refused(tmp_path, text, given, words):
 
 
 def test_holes_and_oblong_cells(tmp_path):
-    """A paraboloid with 30 holes: linear interpolation errs by h^2/8 R over a width h, splines do not."""
+    """A paraboloid with holes of widths h: linear interpolation errs by h^2/8 R along each axis, splines by nothing."""
     x, y, radius = 1e-7 * np.arange(40), 1.25e-7 * np.arange(36), 1e-4
     z = ((x - 2e-6) ** 2 + (y[:, None] - 2e-6) ** 2) / (2 * radius)
     holes = z.copy()

@@ -118,6 +118,9 @@ def test_case_file(tmp_path):
     path.write_text(CASE.replace("poisson_axial = 0.2", "poisson_axial = 0.9"))
     with pytest.raises(CaseError, match=r"poisson_axial.*0.9"):
         fp.read_case(path)
+    path.write_text(CASE.replace("poisson = 0.25", "poisson = 1.25"))
+    with pytest.raises(CaseError, match=r"layers\[0\].poisson = 1.25 must lie in -1"):
+        fp.read_case(path)
     path.write_text(
         CASE.replace(
             "poisson = 0.3 }", 'poisson = 0.3, young_axial = "100 GPa", poisson_axial = 0.2, shear = "50 GPa" }'

@@ -69,6 +69,47 @@ def test_far_apart_each_sinks_by_the_force_of_the_other():
     assert force == pytest.approx(4 / 3 * star * np.sqrt(R) * pair.asperity_depth.values[0] ** 1.5, rel=1e-6)
 
 
+# each pair against 256 cells of boundary elements, which leave 1e-4; the second half is that of the reports on thin layers
+PAIRS = [
+    (fp.HalfSpace(5e3, 0.3), 0.01, (0.1, 0.6, 1.5)),
+    (fp.Medium([fp.Layer(5e3, 0.5, R)], base=fp.RigidBase()), 0.02, (0.3, 0.6, 1.5)),
+    (fp.Medium([fp.Layer(5e3, 0.4, 0.3 * R, bonded=False)], base=fp.RigidBase()), 0.01, (0.3, 1.0, 2.0)),
+    (fp.Medium([fp.Layer(5e3, 0.45, 0.1 * R)], base=fp.RigidBase()), 0.005, (0.3, 0.63, 1.46)),
+    (fp.Medium([fp.Layer(5e3, 0.5, 0.1 * R)], base=fp.RigidBase()), 0.01, (0.6, 0.94, 1.46)),
+]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("body", "share", "gaps"), PAIRS)
+def test_the_stated_error_holds(body, share, gaps):
+    """The error of the total force of two equal contacts, less than ten times too large where it is more than 0.1 %."""
+    depth = share * R
+    radius = float(fp.indent(body, BALL, depth=depth).radius[0])
+    for gap in gaps:
+        half = (1 + gap / 2) * radius
+        coupled = fp.asperities(body, BALL, [(-half, 0), (half, 0)], depth=depth)
+        x = (np.arange(241) - 120) * (2 * half + 3 * radius) / 240
+        tip = fp.HeightMap(x, x, (np.minimum((x - half) ** 2, (x + half) ** 2) + x[:, None] ** 2) / (2 * R))
+        cells = fp.indent(body, tip, depth=depth, method=fp.BoundaryElements(grid=256))
+        true, stated = abs(float(coupled.force[0] / cells.force[0]) - 1), float(coupled.force_error[0])
+        assert true <= stated + 1e-4
+        assert stated < 10 * max(true, 1e-3)
+        assert ("the error of the force is up to" in coupled.notes) == (stated > 0.01)
+
+
+def test_hundreds_of_touching_asperities_converge():
+    """At a force on a layer that all load together; Newton's steps are exact, so that force and stiffness are."""
+    rng, side = np.random.default_rng(0), np.arange(16) * 1.2 * R
+    places = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2) + 0.3 * R * rng.random((256, 2))
+    heights, force = -0.01 * R * rng.random(256), 5e3 * R**2 * 0.256 * np.array([1, 1.002])
+    for body in (fp.Medium([fp.Layer(5e3, 0.45, 2 * R)], base=fp.RigidBase()), BODIES["half-space"]):
+        coupled = fp.asperities(body, BALL, places, heights, force=force)
+        assert coupled.valid.all()
+        assert coupled.force.values == pytest.approx(force, rel=1e-9)
+        slope = np.diff(coupled.force)[0] / np.diff(coupled.depth)[0]
+        assert slope == pytest.approx(coupled.stiffness.values.mean(), rel=1e-4)
+
+
 def test_mixed_tips_and_lower_ones_touch_later():
     body = BODIES["thick gel"]
     tips = [BALL, fp.Cone(0.2), fp.Sphere(5e-6)]
@@ -115,6 +156,7 @@ def test_summits_of_a_surface():
         ({"tips": None}, TypeError, "indenter"),
         ({"tips": fp.Cylinder(1e-6)}, ValueError, "Cylinder, which has a flat end"),
         ({"depth": None}, ValueError, "exactly one"),
+        ({"positions": np.random.default_rng(0).random((5001, 2))}, ValueError, "at most 5000"),
     ],
 )
 def test_refusals(change, error, words):

@@ -10,7 +10,7 @@ from scipy.optimize import nnls
 
 import flatpunch as fp
 from flatpunch.reference import layers as closed
-from flatpunch.rough.contact import required
+from flatpunch.rough.solution import required
 
 E, NU = 1e9, 0.3
 HALF_SPACE = fp.HalfSpace(E, NU)
@@ -201,6 +201,60 @@ def test_robust_to_full_contact():
         assert (np.diff(result.mean_gap.values) <= 1e-15).all()
         assert result.gap_error.values.max() <= 1e-7
         assert shares[0] < 0.1
+
+
+def refined(heights, times):
+    """Heights at cells `times` finer, through the same waves."""
+    n, m = len(heights), len(heights) * times
+    waves = np.fft.fftfreq(n, 1 / n).astype(int)
+    kept = np.flatnonzero(np.abs(waves) < n / 2)
+    spectrum = np.zeros((m, m), dtype=complex)
+    spectrum[np.ix_(waves[kept], waves[kept])] = np.fft.fft2(heights)[np.ix_(kept, kept)]
+    # centres of fine cells are not those of the wide ones
+    shift = np.exp(-1j * np.pi * (times - 1) / m * np.fft.fftfreq(m, 1 / m))
+    return np.fft.ifft2(spectrum * shift[:, None] * shift).real * times**2
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("cut_off", [0, 3, 4, 6, 8, 16])
+@pytest.mark.parametrize("medium", [HALF_SPACE, layer(3e-6, 10 * E, base=HALF_SPACE), layer(5e-6, poisson=0.45)])
+def test_errors_of_the_cells_cover_finer_cells(cut_off, medium):
+    """Cells three times finer; white noise, cut off at no wave, is noted, and its largest pressure has no limit."""
+    rng = np.random.default_rng(cut_off)
+    for n in (32, 45):
+        heights = 1e-7 * rng.standard_normal((n, n))
+        if cut_off:
+            seed, hurst = int(rng.integers(1000)), rng.uniform(0.2, 1)
+            heights = fp.self_affine(
+                n, H, hurst=hurst, rms_slope=0.05, cut_off=cut_off * H, roll_off=n / 2 * H, seed=seed
+            ).heights
+        rough = fp.Topography(heights, H)
+        pressure = STAR * rough.rms_slope * np.array([0.01, 0.1, 0.3])
+        found = fp.rough_contact(medium, rough, pressure=pressure)
+        finer = fp.rough_contact(medium, fp.Topography(refined(heights, 3), H / 3), pressure=pressure)
+        for name, error in (
+            ("area_fraction_corrected", "area"),
+            ("mean_gap", "mean_gap"),
+            ("max_pressure", "max_pressure"),
+        ):
+            if cut_off or error != "max_pressure":
+                assert (np.abs(found[name] - finer[name]) <= found[f"{error}_error"]).all()
+        assert cut_off or "on cells twice as wide the area differs" in found.notes
+
+
+def test_well_resolved_surfaces_have_small_errors_and_no_note():
+    x = np.arange(128) * H
+    rough = fp.Topography(1e-7 * np.cos(2 * np.pi * x / (64 * H)) * np.cos(2 * np.pi * x[:, None] / (64 * H)), H)
+    found = fp.rough_contact(HALF_SPACE, rough, pressure=1e6)
+    assert found.area_error < 0.1 * found.area_fraction_corrected
+    assert found.mean_gap_error < 0.01 * found.mean_gap
+    assert "twice as wide" not in found.notes
+    assert np.isnan(fp.rough_contact(HALF_SPACE, fp.self_affine(8, H, rms_height=1e-8), pressure=1e6).area_error).all()
+
+
+def test_peaks_beyond_what_solids_bear_are_noted():
+    notes = [fp.rough_contact(HALF_SPACE, wavy(64, 64, height), pressure=2e7).notes for height in (1e-7, 5e-6)]
+    assert ["the largest pressure is up to" in each for each in notes] == [False, True]
 
 
 def test_no_contact_and_its_fields():
@@ -408,4 +462,4 @@ def test_spacing_in_a_wrong_unit_is_told(spacing, words):
     heights = fp.self_affine(32, H, rms_slope=0.1).heights
     notes = fp.rough_contact(HALF_SPACE, fp.Topography(heights, spacing), pressure=[0.01 * STAR, 0.02 * STAR]).notes
     assert words in notes
-    assert bool(words) == ("spacing" in notes)
+    assert bool(words) == ("units of heights" in notes)

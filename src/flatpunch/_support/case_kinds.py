@@ -1,14 +1,14 @@
-"""Kinds of layers, bases and tips in case files, and the constructors of each; a kind of one's own is one more."""
+"""Kinds of layers, bases, tips and relaxations in case files, and the constructors of each; a kind of one's own is one more."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import Any, Literal, NamedTuple, TypeVar, get_args
 
 T = TypeVar("T", bound=Callable[..., Any])
 
-Section = Literal["layers", "base", "indenter"]
+Section = Literal["layers", "base", "indenter", "relaxation"]
 Wear = Literal["", "tilts", "wears"]
 
 
@@ -27,7 +27,7 @@ class Kind(NamedTuple):
     wear: Wear
 
 
-KINDS: dict[Section, dict[str, Kind]] = {"layers": {}, "base": {}, "indenter": {}}
+KINDS: dict[Section, dict[str, Kind]] = {section: {} for section in get_args(Section)}
 """Kinds of each table of case files by their names there; the usual layers have none."""
 
 
@@ -36,7 +36,7 @@ def in_case_files(section: Section, kind: str | None = None, *ways: str, wear: W
 
     Parameters
     ----------
-    section : {"layers", "base", "indenter"}
+    section : {"layers", "base", "indenter", "relaxation"}
         Table of the case file. The fields are the declared arguments; layers have those of their lower face besides, and take
         `bonded`.
     kind : str, optional

@@ -185,19 +185,6 @@ def switch(name: str, value: object, hint: str = "") -> bool:
     return bool(value)
 
 
-def poisson_ratio(name: str, value: object) -> float:
-    """Return `value` as a Poisson ratio, -1 < value <= 0.5."""
-    number = real(name, value, "1")
-    if not -1 < number <= 0.5:
-        raise BadValue(
-            name,
-            repr(number),
-            "must lie in -1 < poisson <= 0.5. 0.5 is incompressible and allowed; above it an isotropic body is "
-            "unstable.",
-        )
-    return number
-
-
 def values(
     name: str,
     value: object,

@@ -317,13 +317,12 @@ def numbers_of(thing: object, path: str = "", law_of: Number | None = None) -> I
         return
     owner: Any = type(thing)
     known = {name: argument.number for name, argument in arguments(owner).items()} | getattr(thing, "_declared_", {})
-    for field in dataclasses.fields(thing):
+    for field in (each for each in dataclasses.fields(thing) if each.init):
         here, value = f"{path}.{field.name}" if path else field.name, getattr(thing, field.name)
         number = known.get(field.name) if known else Number(field.name, None)
         entries = value if isinstance(value, tuple) else (value,)
         if number is None or not entries or not all(isinstance(each, float) for each in entries):
-            if field.init:
-                yield from numbers_of(value, here, number or law_of)
+            yield from numbers_of(value, here, number or law_of)
         elif number.varies:
             if number.held and law_of is not None:
                 here = here if number.what else path

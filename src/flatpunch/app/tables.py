@@ -19,7 +19,7 @@ from flatpunch._support.paths import Plain
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.indenters import kinds
 from flatpunch.files.tables.made import Made
-from flatpunch.files.tables.media import base_kinds, layer_kinds
+from flatpunch.files.tables.media import BASE_KINDS, LAYER_KINDS
 from flatpunch.files.tables.stress import StrengthTable
 
 _LEFT_OUT = {"kind", "file"}
@@ -55,8 +55,8 @@ class Asked:
 def page_tables() -> Plain:
     """Everything the page needs to know to draw its form, as plain data."""
     return {
-        "layers": _kinds(layer_kinds()),
-        "base": _kinds(base_kinds()),
+        "layers": _kinds(LAYER_KINDS()),
+        "base": _kinds(BASE_KINDS()),
         "indenter": _kinds(kinds()),
         "strengths": [
             *(asdict(replace(field, example="2 GPa")) for field in asked(StrengthTable)),

@@ -119,14 +119,15 @@ def percent(share: float) -> str:
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
-def first_failure(bad: Flags, depth: Array, sentence: str) -> tuple[str, ...]:
-    """One sentence that says at which depths something fails, or nothing."""
-    known = np.isfinite(depth)
+def first_failure(bad: Flags, along: Array, sentence: str, called: tuple[str, str] = ("depth", "m")) -> tuple[str, ...]:
+    """One sentence that says at which depths, or values of another name and unit, something fails, or nothing."""
+    known = np.isfinite(along)
     if not (bad & known).any():
         return ("At every step: " + sentence,) if bad.any() else ()
-    first, last = depth[bad & known].min(), depth[bad & known].max()
-    if (~bad & known & (depth > last)).any():
+    name, unit = called
+    first, last = (text(float(each), unit) for each in (along[bad & known].min(), along[bad & known].max()))
+    if (~bad & known & (along > along[bad & known].max())).any():
         if first == last:
-            return (f"At a depth of {text(float(first), 'm')}: {sentence}",)
-        return (f"Between depths of {text(float(first), 'm')} and {text(float(last), 'm')}: {sentence}",)
-    return (f"At depths of {text(float(first), 'm')} and more: {sentence}",)
+            return (f"At a {name} of {first}: {sentence}",)
+        return (f"Between {name}s of {first} and {last}: {sentence}",)
+    return (f"At {name}s of {first} and more: {sentence}",)

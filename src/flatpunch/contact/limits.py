@@ -193,14 +193,17 @@ def _yield(curve: Curve) -> tuple[str, ...]:
     return high_pressure(np.where(curve.valid, share, 0.0), curve.depth, 0.1)
 
 
-def high_pressure(share: Array, depth: Array, limit: float) -> tuple[str, ...]:
-    """Sentence about steps whose mean pressure over the contact modulus S/(2a) exceeds a limit, above which hard solids yield."""
+def high_pressure(
+    share: Array, along: Array, limit: float, called: tuple[str, str] = ("depth", "m"), kind: str = "mean"
+) -> tuple[str, ...]:
+    """Sentence about steps whose pressure over the contact modulus S/(2a) exceeds a limit, above which hard solids yield."""
     high = np.isfinite(share) & (share > limit)
     if not high.any():
         return ()
     return first_failure(
         high,
-        depth,
-        f"the mean pressure is up to {share[high].max():.2g} of the contact modulus. Solids that yield have done so before; in "
+        along,
+        f"the {kind} pressure is up to {share[high].max():.2g} of the contact modulus. Solids that yield have done so before; in "
         "gels and rubbers strains are no longer small.",
+        called,
     )

@@ -19,7 +19,7 @@ from flatpunch.files.tables.media import SampleTable
 from flatpunch.files.tables.rough import AsperitiesTable, RoughControlTable, SurfaceTable
 from flatpunch.media import Body
 from flatpunch.rough import asperities, rough_contact
-from flatpunch.rough.contact import required
+from flatpunch.rough.solution import required
 from flatpunch.surfaces import Topography
 from flatpunch.surfaces.heights import tilt_note
 

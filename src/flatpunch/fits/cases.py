@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from flatpunch._support.checks import BadValue, poisson_ratio, positive, shown
+from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.numbers import Place, a_ratio
 from flatpunch._support.paths import Plain, put
 from flatpunch.files import units as si
@@ -27,6 +27,7 @@ from flatpunch.fits.parameters.numbers import Numbers
 from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
+from flatpunch.media.material import POISSON
 
 FRAME = si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN"))
 DRAG = si.Dimension("drag", "N s/m", "1 pN s/um", ("N s/m", "pN s/um", "nN s/um"))
@@ -180,7 +181,7 @@ class CorrectTable(Table):
             "reported": positive("reported", self.reported, unit="Pa"),
             "depth": positive("depth", self.depth, unit="m"),
             "model": self.model,
-            "reported_poisson": None if self.poisson is None else poisson_ratio("poisson", self.poisson),
+            "reported_poisson": None if self.poisson is None else POISSON.checked("poisson", self.poisson),
             "over": self.over,
         }
 

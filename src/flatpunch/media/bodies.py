@@ -6,11 +6,11 @@ are frozen, validated once, and hashable, so that solutions can be cached by the
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from itertools import islice
 from math import inf, nan
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
@@ -19,26 +19,15 @@ from flatpunch._support.ceilings import LAYERS
 from flatpunch._support.checks import Array, BadValue, shown
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
-from flatpunch.media.graded import (
-    CONTRAST,
-    AxialPoissonLaw,
-    AxialYoungLaw,
-    GradedLayer,
-    PoissonLaw,
-    ShearLaw,
-    YoungLaw,
-)
+from flatpunch.media import graded, transverse
+from flatpunch.media.graded import CONTRAST, GradedLayer
 from flatpunch.media.interface import Interface, in_words
 from flatpunch.media.material import ORDER, POISSON, YOUNG, AnyLayer, Isotropic, Poisson, Thickness, Young
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
-from flatpunch.media.transverse import (
-    AxialPoisson,
-    AxialYoung,
-    Shear,
-    TransverselyIsotropicHalfSpace,
-    TransverselyIsotropicLayer,
-)
+from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
+
+T = TypeVar("T")
 
 
 @readable
@@ -245,13 +234,13 @@ class Medium(Stack):
 
 @in_case_files("layers", "")
 def layer(
-    young: YoungLaw,
-    poisson: PoissonLaw,
+    young: graded.YoungLaw,
+    poisson: graded.PoissonLaw,
     thickness: Thickness,
     bonded: bool | Interface = True,
-    young_axial: AxialYoungLaw = None,
-    poisson_axial: AxialPoissonLaw = None,
-    shear: ShearLaw = None,
+    young_axial: graded.AxialYoungLaw = None,
+    poisson_axial: graded.AxialPoissonLaw = None,
+    shear: graded.ShearLaw = None,
 ) -> AnyLayer:
     """The simplest layer of two or five constants: homogeneous where all of them are numbers."""
     given: dict[str, Any] = {"young": young, "poisson": poisson}
@@ -260,21 +249,21 @@ def layer(
         return GradedLayer(thickness=thickness, bonded=bonded, **given)
     if shear is None:
         return Layer(**given, thickness=thickness, bonded=bonded)
-    return TransverselyIsotropicLayer(**_in_plane(**given), thickness=thickness, bonded=bonded)
+    return _in_plane(TransverselyIsotropicLayer, **given, thickness=thickness, bonded=bonded)
 
 
 @in_case_files("base", "half-space")
 def half_space(
     young: Annotated[float, replace(YOUNG, example="70 GPa")],
     poisson: Annotated[float, replace(POISSON, example="0.22")],
-    young_axial: AxialYoung | None = None,
-    poisson_axial: AxialPoisson | None = None,
-    shear: Shear | None = None,
+    young_axial: transverse.AxialYoung | None = None,
+    poisson_axial: transverse.AxialPoisson | None = None,
+    shear: transverse.Shear | None = None,
 ) -> Base:
     """Half-space of two constants, or of the five of a transversely isotropic one."""
     given = {"young": young, "poisson": poisson}
     given |= _along_z(young_axial=young_axial, poisson_axial=poisson_axial, shear=shear)
-    return HalfSpace(**given) if shear is None else TransverselyIsotropicHalfSpace(**_in_plane(**given))
+    return HalfSpace(**given) if shear is None else _in_plane(TransverselyIsotropicHalfSpace, **given)
 
 
 def _along_z(**constants: Any) -> dict[str, Any]:
@@ -288,9 +277,12 @@ def _along_z(**constants: Any) -> dict[str, Any]:
     return given
 
 
-def _in_plane(young: float, poisson: float, **along_z: float) -> dict[str, float]:
-    """The five constants under the names that classes have for those of the plane."""
-    return {"young_in_plane": young, "poisson_in_plane": poisson, **along_z}
+def _in_plane(made: Callable[..., T], young: float, poisson: float, **more: Any) -> T:
+    """A transversely isotropic body whose constants of the plane have the names that they have for all bodies."""
+    try:
+        return made(young_in_plane=young, poisson_in_plane=poisson, **more)
+    except BadValue as error:
+        raise BadValue(error.field.replace("_in_plane", ""), error.value, error.text) from None
 
 
 def _check_contrast(layers: tuple[AnyLayer, ...], base: Base) -> None:

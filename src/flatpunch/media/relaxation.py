@@ -14,6 +14,7 @@ from typing import Annotated, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import ROUNDING, Array, BadValue, Values, real, values
 from flatpunch._support.numbers import Checked, a_ratio, a_time
 from flatpunch._support.readable import readable
@@ -35,6 +36,7 @@ class Relaxation(Protocol):
         """psi*(omega) at angular frequencies [rad/s]: storage + i loss, over the modulus of the medium."""
 
 
+@in_case_files("relaxation", "prony")
 @readable
 @dataclass(frozen=True, slots=True)
 class Prony:
@@ -101,6 +103,7 @@ class Prony:
         return np.asarray(self.equilibrium + (turn / (1 + turn)) @ g)
 
 
+@in_case_files("relaxation", "standard-linear-solid")
 @readable
 @dataclass(frozen=True, slots=True)
 class StandardLinearSolid(Checked):
@@ -154,6 +157,7 @@ class StandardLinearSolid(Checked):
         return self.prony.dynamic(omega)
 
 
+@in_case_files("relaxation", "power-law")
 @readable
 @dataclass(frozen=True, slots=True)
 class PowerLawRelaxation(Checked):

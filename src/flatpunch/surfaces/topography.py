@@ -14,7 +14,7 @@ from flatpunch._support.checks import LARGEST, Array, numbers, positive, shown, 
 from flatpunch._support.readable import readable
 from flatpunch.surfaces.summits import Summits, summits_of
 
-_FEWEST = 8
+FEWEST = 8
 """Fewest cells along a side, those of a grid of boundary elements."""
 
 
@@ -58,10 +58,10 @@ class Topography:
 
     def __init__(self, heights: ArrayLike, spacing: float, periodic: bool | tuple[bool, bool] = True) -> None:
         table = numbers("Topography.heights", heights, "m")
-        if table.ndim != 2 or min(table.shape) < _FEWEST:
+        if table.ndim != 2 or min(table.shape) < FEWEST:
             raise ValueError(
                 f"Topography.heights has shape {table.shape}; it must be a two-dimensional array (ny, nx) of at least "
-                f"{_FEWEST} x {_FEWEST} heights, rows along y."
+                f"{FEWEST} x {FEWEST} heights, rows along y."
             )
         if table.size > CELLS**2:
             raise ValueError(

@@ -196,8 +196,8 @@ def in_words(path: str) -> str:
     """Path of a parameter as it is read: thickness of layer 1 for layers.0.thickness, which counts from 0."""
     *owner, name = path.split(".")
     kinds = [kind for section in ("layers", "base") if section in owner for kind in KINDS[section].values()]
-    declared = [number for kind in kinds for way in kind.ways if (number := number_of(way, name))]
-    name = declared[0].what if declared else name.replace("_", " ")
+    declared = (found.what for kind in kinds for way in kind.ways if (found := number_of(way, name)))
+    name = next(declared, name.replace("_", " "))
     match owner:
         case [*body, "layers", at]:
             return " of the ".join([f"{name} of layer {int(at) + 1}", *(f"{each} body" for each in body)])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import re
 from pathlib import Path
 from typing import Annotated, ClassVar, Literal
@@ -10,14 +9,13 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 
 from flatpunch import indenters
-from flatpunch._support.case_kinds import KINDS, Kind
 from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.numbers import arguments
 from flatpunch._support.reading import Unreadable, text_content
 from flatpunch.files import units
 from flatpunch.files.height_maps import read_height_map
 from flatpunch.files.tables.fields import Angle, Count, Length, Number, Switch, Table
-from flatpunch.files.tables.made import Made, chosen, table_of
+from flatpunch.files.tables.made import Made, chosen, kinds_in, table_of
 from flatpunch.indenters.profile import Indenter
 
 
@@ -183,21 +181,13 @@ def _column_scale(cell: str, expected: str, name: str) -> float:
 
 def kinds() -> dict[str, type[Table]]:
     """Tables of all kinds of tips: those that are marked in their own files, and those of measured ones."""
-    made = {kind: _table(kind, each) for kind, each in sorted(KINDS["indenter"].items())}
+    made = kinds_in("indenter", {"": Made, "tilts": TiltedTable, "wears": WornTable})
     return {**made, "radial-profile": _PROFILE, "height-map": HeightMapTable}
-
-
-@functools.cache
-def _table(kind: str, made: Kind) -> type[Made]:
-    return table_of(kind, "indenter", made.ways, {"": Made, "tilts": TiltedTable, "wears": WornTable}[made.wear])
 
 
 _PROFILE = table_of("radial-profile", "indenter", [indenters.RadialProfile], _ProfileTable, {"r", "f"})
 # each tip marks itself when it is loaded
 _ = [getattr(indenters, name) for name in indenters.__all__]
 
-IndenterTable = Annotated[
-    Table,
-    chosen(kinds),
-    Field(description="a table [indenter] such as kind = 'sphere', radius = '5 um'"),
-]
+_NEEDED = "a table [indenter] such as kind = 'sphere', radius = '5 um'"
+IndenterTable = Annotated[Table, chosen(kinds), Field(description=_NEEDED)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 from pydantic_core import PydanticCustomError
 
+from flatpunch._support.case_kinds import KINDS, Kind, Section, Wear
 from flatpunch._support.numbers import Argument, arguments
 from flatpunch.files.tables import fields
 from flatpunch.files.tables.fields import AnyTable, Table
@@ -22,6 +24,10 @@ class Made(Table):
     ways: ClassVar[tuple[Callable[..., Any], ...]] = ()
     given: ClassVar[frozenset[str]] = frozenset()
     """Fields that are arguments of the constructors; others say what is done with the object."""
+    beside: ClassVar[dict[str, Any]] = {}
+    """Types and defaults of fields beside those of the constructors, after the ones that are needed."""
+    laws: ClassVar[dict[str, Any]] = {}
+    """Types of numbers that may vary over the depth, by their unit."""
 
     def build(self, folder: Path) -> Any:
         """Return the object."""
@@ -47,28 +53,28 @@ class Made(Table):
         return set(own_fields(cls.ways)[-1]) if len(cls.ways) > 1 else set()
 
 
-def table_of(
-    kind: str,
-    section: str,
-    ways: Sequence[Callable[..., Any]],
-    base: type[Made] = Made,
-    may: Collection[str] = (),
-    more: Mapping[str, Any] | None = None,
-    laws: Mapping[str, Any] | None = None,
-) -> type[Made]:
-    """The table of a kind, or of a section without kinds, made of its constructors.
+def kinds_in(section: Section, bases: Mapping[Wear, type[Made]]) -> dict[str, type[Table]]:
+    """Tables of the kinds of a section, in alphabetical order; that of the usual layers has no name."""
+    return {kind: _kind(kind, section, made, bases[made.wear]) for kind, made in sorted(KINDS[section].items())}
 
-    Fields in `may` can be left out, `more` follow those that are needed. `laws` are the types of numbers that may vary over the
-    depth, by unit.
-    """
-    found = fields_of(ways, may, base.model_fields, laws)
+
+@functools.cache
+def _kind(kind: str, section: Section, made: Kind, base: type[Made]) -> type[Made]:
+    return table_of(kind, section, made.ways, base)
+
+
+def table_of(
+    kind: str, section: str, ways: Sequence[Callable[..., Any]], base: type[Made] = Made, may: Collection[str] = ()
+) -> type[Made]:
+    """The table of a kind, or of a section without kinds, made of its constructors; fields in `may` can be left out."""
+    found = fields_of(ways, may, base.model_fields, base.laws)
     # sentences on the page are plain text
     about = (inspect.getdoc(ways[0]) or "").partition("\n")[0].replace("`", "")
     name = f"{(kind or section).title().replace('-', '')}Table"
     if kind:
         found = {"kind": (Literal[kind], ...)} | found
     needed = {name: field for name, field in found.items() if field[1] is ... or field[1].is_required()}
-    of_all: dict[str, Any] = needed | dict(more or {}) | found
+    of_all: dict[str, Any] = needed | base.beside | found
     table: type[Made] = create_model(name, __base__=base, __module__=__name__, __doc__=about, **of_all)
     table.section, table.ways, table.given = section, tuple(ways), frozenset(found)
     return table

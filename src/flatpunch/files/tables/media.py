@@ -8,25 +8,31 @@ from __future__ import annotations
 
 import functools
 from pathlib import Path
-from typing import Annotated, Any, Literal, cast
+from typing import Annotated, Any, ClassVar, Literal, cast
 
 from pydantic import Field
 
-from flatpunch._support.case_kinds import KINDS, Kind
 from flatpunch._support.checks import BadValue
-from flatpunch.files.tables import laws
 from flatpunch.files.tables.fields import Switch, Table
-from flatpunch.files.tables.made import Made, chosen, fields_of, table_of
+from flatpunch.files.tables.laws import OF_UNITS, Profile
+from flatpunch.files.tables.made import Made, chosen, fields_of, kinds_in
 from flatpunch.media import AnyLayer, Base, Body, FreeLayer, Interface, Medium, Stack, TwoBodies
 
 
 class LayerTable(Made):
     """[[layers]]: one layer; repeat it from the free surface down."""
 
+    beside: ClassVar[dict[str, Any]] = {
+        "bonded": (Annotated[Switch, Field(title="Lower face")], True),
+        "lifts_off": (Switch | None, None),
+        **{f"interface_{name}": field for name, field in fields_of([Interface]).items()},
+    }
+    laws: ClassVar[dict[str, Any]] = OF_UNITS
+
     def value(self, name: str) -> Any:
         """Value of a field; what varies over the depth is complete with the thickness."""
         value = getattr(self, name)
-        return value.over(self.value("thickness")) if isinstance(value, laws.Profile) else value
+        return value.over(self.value("thickness")) if isinstance(value, Profile) else value
 
     def build(self, folder: Path) -> AnyLayer:
         """Return the layer."""
@@ -34,7 +40,7 @@ class LayerTable(Made):
         return layer
 
     def _lower_face(self) -> bool | Interface:
-        springs = {name: self.value(f"{_SPRINGS}{name}") for name in ("normal", "shear")}
+        springs = {name: self.value(f"interface_{name}") for name in ("normal", "shear")}
         if all(each is None for each in springs.values()):
             return bool(self.value("bonded"))
         if not self.value("bonded"):
@@ -45,36 +51,12 @@ class LayerTable(Made):
         return Interface(**springs)
 
 
-_SPRINGS = "interface_"
-_LOWER_FACE: dict[str, Any] = {
-    "bonded": (Annotated[Switch, Field(title="Lower face")], True),
-    "lifts_off": (Switch | None, None),
-    **{f"{_SPRINGS}{name}": field for name, field in fields_of([Interface]).items()},
-}
+LAYER_KINDS = functools.partial(kinds_in, "layers", {"": LayerTable})
+BASE_KINDS = functools.partial(kinds_in, "base", {"": Made})
+"""Functions that return the tables of the kinds by their names."""
 
-
-def layer_kinds() -> dict[str, type[Made]]:
-    """Tables of the kinds of layers; that of the usual one has no name."""
-    return {kind: _layer(kind, made) for kind, made in sorted(KINDS["layers"].items())}
-
-
-def base_kinds() -> dict[str, type[Made]]:
-    """Tables of the kinds of bases."""
-    return {kind: _base(kind, made) for kind, made in sorted(KINDS["base"].items())}
-
-
-@functools.cache
-def _layer(kind: str, made: Kind) -> type[Made]:
-    return table_of(kind, "layers", made.ways, LayerTable, more=_LOWER_FACE, laws=laws.OF_UNITS)
-
-
-@functools.cache
-def _base(kind: str, made: Kind) -> type[Made]:
-    return table_of(kind, "base", made.ways)
-
-
-Layers = list[Annotated[LayerTable, chosen(layer_kinds)]]
-BaseTable = Annotated[Made, chosen(base_kinds), Field(description="a table [base] such as kind = 'rigid'")]
+Layers = list[Annotated[LayerTable, chosen(LAYER_KINDS)]]
+BaseTable = Annotated[Made, chosen(BASE_KINDS), Field(description="a table [base] such as kind = 'rigid'")]
 
 
 class BodyTable(Table):

@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from functools import reduce
-from operator import or_
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
+from flatpunch._support.case_kinds import KINDS
 from flatpunch.files.tables.fields import Table
-from flatpunch.files.tables.made import table_of
-from flatpunch.media import PowerLawRelaxation, Prony, StandardLinearSolid
-
-_SERIES = {"prony": Prony, "standard-linear-solid": StandardLinearSolid}
-_ALL = _SERIES | {"power-law": PowerLawRelaxation}
-_TABLES = {kind: table_of(kind, "relaxation", [made]) for kind, made in _ALL.items()}
+from flatpunch.files.tables.made import Made, chosen, kinds_in
+from flatpunch.media import Prony, StandardLinearSolid
 
 
 class ElasticTable(Table):
@@ -28,15 +23,15 @@ class ElasticTable(Table):
         """Return nothing: no relaxation."""
 
 
-if TYPE_CHECKING:
-    _BodyTable = Table
-    RelaxationTable = Table
-else:
-    _BodyTable = Annotated[reduce(or_, [*map(_TABLES.get, _SERIES), ElasticTable]), Field(discriminator="kind")]
-    RelaxationTable = Annotated[
-        reduce(or_, _TABLES.values()),
-        Field(discriminator="kind", description="a table [relaxation] with its kind"),
-    ]
+def _of_one() -> dict[str, type[Table]]:
+    """Series first, as they are defined."""
+    found = kinds_in("relaxation", {"": Made})
+    return {kind: found[kind] for kind in KINDS["relaxation"]}
+
+
+def _of_body() -> dict[str, type[Table]]:
+    """Bodies of a list have no power law."""
+    return {kind: table for kind, table in _of_one().items() if kind != "power-law"} | {"elastic": ElasticTable}
 
 
 class EachTable(Table):
@@ -44,18 +39,14 @@ class EachTable(Table):
 
     section: ClassVar[str] = "relaxation"
     kind: Literal["each"]
-    bodies: list[_BodyTable]
+    bodies: list[Annotated[Table, chosen(_of_body)]]
 
     def build(self, folder: Path) -> tuple[Prony | StandardLinearSolid | None, ...]:
         """Return the entries that `indent` takes."""
         return tuple(entry.built for entry in self.bodies)
 
 
-if TYPE_CHECKING:
-    CaseRelaxationTable = Table
-else:
-    CaseRelaxationTable = Annotated[
-        reduce(or_, [*_TABLES.values(), EachTable]),
-        Field(discriminator="kind", description="a table [relaxation] with its kind"),
-    ]
+_NEEDED = "a table [relaxation] with its kind"
+RelaxationTable = Annotated[Table, chosen(_of_one), Field(description=_NEEDED)]
+CaseRelaxationTable = Annotated[Table, chosen(lambda: _of_one() | {"each": EachTable}), Field(description=_NEEDED)]
 """Contacts take lists for layers that relax each in its own way; fits take one relaxation."""

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from flatpunch._support.checks import ROUNDING, Array, poisson_ratio, positive
+from flatpunch._support.checks import ROUNDING, Array, positive
 from flatpunch._support.kinds import one_of
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
@@ -42,7 +42,7 @@ from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled
 from flatpunch.indenters import AreaFunction
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Stack
-from flatpunch.media.material import young_and_poisson
+from flatpunch.media.material import POISSON, young_and_poisson
 from flatpunch.media.paths import with_values
 from flatpunch.punch.family import punch_family
 
@@ -211,7 +211,7 @@ def correct(
     medium, top = layer_on_top(medium)
     one_of("over", over, ("curve", "depth"))
     nu = (
-        poisson_ratio("reported_poisson", reported_poisson)
+        POISSON.checked("reported_poisson", reported_poisson)
         if reported_poisson is not None
         else young_and_poisson(top)[1]
     )
