@@ -178,3 +178,69 @@ def test_a_group_beside_what_is_no_modulus():
     assert changed.layers[0].poisson(np.zeros(1)) == pytest.approx(0.2)
     found = fp.fit(measured(changed, SPHERE, "exact"), medium, SPHERE, list(values)[:1])
     assert found.case[0].layers[0].surface_modulus == pytest.approx(found["layers[0].surface_modulus"], rel=1e-9)
+
+
+BASIC = """
+title = "any number"
+layers = [{ young = "5 kPa", poisson = 0.4, thickness = "1 um" }]
+base = { kind = "half-space", young = "5 kPa", poisson = 0.3 }
+indenter = { kind = "cone", half_opening_angle = { fit = "70 deg", min = "60 deg", max = "80 deg" } }
+"""
+
+
+def read(tmp_path, text):
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    return fp.fits.read_fit_case(path)
+
+
+def test_a_value_of_a_case_file_is_fitted_as_the_number_that_it_changes(tmp_path):
+    (name, free), *others = read(tmp_path, BASIC).free.items()
+    assert (name, others) == ("indenter.inclination", [])
+    assert np.rad2deg([free.minimum, free.maximum]) == pytest.approx([10, 30])
+
+
+@pytest.mark.parametrize(
+    ("tip", "name", "limits"),
+    [
+        (
+            'kind = "cone", inclination = "20 deg", tip_radius = { fit = "1 um", min = "0.5 um" }',
+            "indenter.radius",
+            (5e-7, None),
+        ),
+        (
+            'kind = "elliptic-paraboloid", radius_x = { fit = "5 um", min = "2 um" }, radius_y = "9 um"',
+            "indenter.A",
+            (None, 2.5e5),
+        ),
+    ],
+)
+def test_limits_go_with_the_value(tmp_path, tip, name, limits):
+    lines = BASIC.splitlines()[:-1]
+    found = read(tmp_path, "\n".join([*lines, f"indenter = {{ {tip} }}"])).free
+    assert list(found) == [name]
+    for each, limit in zip((found[name].minimum, found[name].maximum), limits, strict=True):
+        assert each == (limit if limit is None else pytest.approx(limit))
+
+
+def test_a_table_that_is_off_is_noted(monkeypatch):
+    """By 0.1 % of the force; a batch solves one contact for fits that are near each other."""
+    from flatpunch.fits.elastic.model import ForwardModel
+    from flatpunch.fits.models import forget_models
+
+    curve, solved, exact = measured(BASE, SPHERE, "exact"), [], ForwardModel.exact
+
+    def off(model, depth, values):
+        solved.append(values)
+        found = exact(model, depth, values)
+        return found._replace(force=1.001 * found.force)
+
+    forget_models()
+    monkeypatch.setattr(ForwardModel, "exact", off)
+    assert any(
+        "the table of forces is off by 0.1 %" in note for note in fp.fit(curve, BASE, SPHERE, ["base.young"]).notes
+    )
+    solved.clear()
+    batch = fp.fit_batch([curve] * 5, BASE, SPHERE, ["base.young"], workers=1)
+    assert all("the table of forces is off" in row["notes"] for row in batch.rows)
+    assert len(solved) == 1

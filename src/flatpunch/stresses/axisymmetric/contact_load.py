@@ -123,6 +123,8 @@ def contact_load(
 def _inside(kernel: Kernel, indenter: Indenter, kinks: Array) -> Edges:
     """Rings under the tip: where its slope jumps, the pressure varies like the logarithm of the distance or its power e."""
     inside, zero = kinks[1:-1], np.zeros(1)
+    if not inside.size:
+        return ()
     before, after = (np.asarray(indenter.slope(inside * (1 + step), zero)) for step in (-1e-9, 1e-9))
     jumps = np.abs(after - before) > 1e-6 * np.abs(after).max(initial=0.0)
     return tuple(
