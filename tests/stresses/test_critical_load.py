@@ -134,7 +134,8 @@ def test_tips_that_are_not_round(strengths):
 def test_tension_at_the_rim_of_elliptic_contacts(seed):
     """At the ends of the longer axis: (1 - 2 nu) p0 b/(a e^2) (artanh(e)/e - 1) (Johnson 1985, 4.5)."""
     rng = np.random.default_rng([seed, 11])
-    poisson, ratio = rng.uniform(0.0, 0.4), 10 ** rng.uniform(0.05, 0.9)
+    # half-axes from 1.1:1 to 60:1
+    poisson, ratio = rng.uniform(0.0, 0.4), 10 ** rng.uniform(0.05, 2.8)
     body, tip = fp.HalfSpace(1e9, poisson), fp.EllipticParaboloid(1e3 * ratio, 1e3)
     curve = fp.indent(body, tip, depth=1e-6)
     b, a = np.sort(curve.contour.values[0])[[0, -1]]
@@ -142,13 +143,22 @@ def test_tension_at_the_rim_of_elliptic_contacts(seed):
     pressure = 1.5 * float(curve.force[0]) / (np.pi * a * b)
     exact = (1 - 2 * poisson) * pressure * b / (a * e**2) * (np.arctanh(e) / e - 1)
     found = fp.peak_stresses(body, tip, depth=1e-6)
-    off = abs(float(found.tension[0]) / exact - 1)
-    assert off < found.attrs["stress_error"]
-    assert off < 0.03
+    # rounding, which the small excess of artanh(e)/e magnifies
+    assert float(found.tension[0]) == pytest.approx(exact, rel=1e-9)
+    assert ("tension" in str(found.attrs["notes"])) is False
     loads = fp.critical_loads(body, tip, fp.Strength(tensile=exact))
-    # stress grows like the root of the depth
-    assert float(loads.depth[0]) == pytest.approx(1e-6, rel=3 * float(loads.error[0]))
-    assert ("expected to be off" in str(loads.notes.values[0])) == (float(loads.error[0]) > 0.01)
+    # stress grows like the root of the depth, which is refined to 1e-4
+    assert float(loads.depth[0]) == pytest.approx(1e-6, rel=1e-3)
+    assert float(loads.error[0]) < 1e-3
+    assert "expected to be off" not in str(loads.notes.values[0])
+
+
+@pytest.mark.long
+def test_peaks_that_are_off_by_more_than_a_hundredth_are_noted():
+    """The rim of a contact ten times as long as wide, which slides: cells do not resolve its ends."""
+    found = fp.peak_stresses(STEEL, fp.EllipticParaboloid(1e5, 1e3), depth=1e-6, friction=0.3)
+    assert found.attrs["stress_error"] > 0.01
+    assert "Expected to be off" in found.attrs["notes"]
 
 
 @pytest.mark.long

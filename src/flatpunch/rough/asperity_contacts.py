@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 MOST = 5000
-"""Most asperities: their interactions take 1 GB, and seconds a step."""
+"""Most asperities: their interactions take 2 GB, and a minute."""
 
 _NOTED = 0.01
 """Relative error of the force above which a note says so."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, Values, real
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.contact.curve import Control
+from flatpunch.contact.curve import NOTABLE_FORCE, Control, percent
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import mean_contact
@@ -78,7 +78,8 @@ def peak_stresses(
         Along `layer`, from the surface, the base last: von_mises, tension (largest principal stress) and shear (largest shear
         stress) [Pa], each with its place, such as von_mises_place(layer, axis) [m]; along `interface`, below the layer of the
         same number: interface_tension and interface_shear [Pa] with their places. Of two bodies the layers of the upper one come
-        first; the coordinate `body` names them. Infinite at sharp edges of the tip. Attributes: force, depth, radius, notes, and
+        first; the coordinate `body` names them. Infinite at sharp edges of the tip. Attributes: force, depth,
+        radius, notes (errors above 1 % among them), and
         `stress_error`, the relative error of the largest finite value of each kind, the largest of these.
 
     Raises
@@ -122,14 +123,18 @@ def peak_stresses(
     for each in best.values():
         if 0 < each.utilisation < np.inf and each.utilisation > getattr(largest.get(each.kind), "utilisation", 0.0):
             largest[each.kind] = each
-    error = max((search.error(each, float(size)) for each in largest.values()), default=0.0)
+    errors = {kind: search.error(each, float(size)) for kind, each in largest.items()}
+    names = BULK | INTERFACE
+    poor = [f"{_WORDS[names[kind]]} by up to {percent(off)}" for kind, off in errors.items() if off > NOTABLE_FORCE]
+    notes = [*filter(None, [about["notes"]]), *([f"Expected to be off: {'; '.join(poor)}."] if poor else [])]
     columns, coordinates = _columns(bodies, best, direction)
     attributes = {
         "title": "Largest stresses computed by flatpunch",
-        **{name: about[name] for name in ("force", "depth", "radius", "method", "notes")},
+        **{name: about[name] for name in ("force", "depth", "radius", "method")},
+        "notes": "\n".join(notes),
         "friction": friction,
         "direction": direction,
-        "stress_error": error,
+        "stress_error": max(errors.values(), default=0.0),
         **of_case(medium, indenter),
     }
     return dataset(columns, coordinates, attributes)

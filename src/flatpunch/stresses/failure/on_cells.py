@@ -12,10 +12,13 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliances import Kernel
+from flatpunch.contact import ellipse
+from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.punch import UnresolvedLayer
+from flatpunch.stresses.axisymmetric.radial import SurfacePart
 from flatpunch.stresses.bodies import Located
 from flatpunch.stresses.cells import Cells, fields_of_cells
 from flatpunch.stresses.failure.equal_area import counted_by
@@ -28,6 +31,12 @@ _COARSE, _FINE, _RIM = 48, 128, 256
 
 _RAYS = 720
 """Points of the rim; an eighth of them cost 6 % of the tension at the ends of contacts four times as long as wide."""
+
+_CLOSED = 1e-8
+"""Relative error of the closed form at the ends of an ellipse: digits lost where the contact is nearly round."""
+
+_NEARLY_ROUND = 1e-2
+"""Eccentricity below which the tension at the ends is a series: its next term is 1e-13."""
 
 _PLACES = np.linspace(-1, 1, 27)
 """Places of the grid along x and y over its half-widths."""
@@ -61,13 +70,48 @@ class CellSearch:
 
     def contact(self, size: float) -> tuple[float, float, float]:
         """Force [N], depth [m] and mean radius [m]."""
+        if (exact := self._ellipse(size)) is not None:
+            return float(exact.force[0]), float(exact.depth[0]), float(exact.radius[0])
         solution = self._solved(size, _FINE)
         return solution.force, solution.depth, solution.radius
+
+    def _depth(self, size: float) -> Array:
+        """The depth of a size [m], shape (1,)."""
+        return round_contact(self.kernel, mean_profile(counted_by(self.indenter)), np.array([size])).depth
+
+    def _ellipse(self, size: float) -> Curve | None:
+        """The contact in closed form, with its half-axes along x and y; None where it has none."""
+        if not ellipse.applies(self.kernel, self.indenter):
+            return None
+        control = Control("depth", self._depth(size))
+        return ellipse.solve(self.kernel, self.indenter, control, np.array([0.0, np.pi / 2]))
+
+    def _ends(self, judged: Judged, size: float) -> list[Event] | None:
+        """Largest stresses over strength at the ends of the contact ellipse, where a half-space has its largest tension.
+
+        None for other bodies and tips, and under friction. Along the long axis, of half-axis a, the stress is
+        p0 (1 - 2 nu) b/(a e^2) (artanh(e)/e - 1), and minus that across it (K. L. Johnson, Contact Mechanics, 1985, ch. 4).
+        """
+        exact, body = self._ellipse(size), judged.body
+        if exact is None or self.friction or self.kernel.exponent or body.layers or not body.base.isotropic:
+            return None
+        half_axes = exact.contour[0]
+        long = int(np.argmax(half_axes))
+        a, b = half_axes[long], half_axes[1 - long]
+        squared = max(1 - (b / a) ** 2, ROUNDING)
+        # artanh(e)/e - 1 by its series where the contact is nearly round
+        e = np.sqrt(squared)
+        excess = squared / 3 + squared**2 / 5 if e < _NEARLY_ROUND else np.arctanh(e) / e - 1
+        peak = 1.5 * exact.force[0] / (np.pi * a * b)
+        stress, place = np.zeros((6, 1, 1, 1)), np.zeros((3, 1, 1, 1))
+        stress[long] = peak * (1 - 2 * SurfacePart.of(body).constants[1]) * b / (a * squared) * excess
+        stress[1 - long], place[long] = -stress[long], a
+        return [replace(each, rim=True) for each in judged.largest(0, stress, place)]
 
     def _solved(self, size: float, count: int) -> bem.Solution:
         key = size, count
         if key not in self.solutions:
-            depth = round_contact(self.kernel, mean_profile(counted_by(self.indenter)), np.array([size])).depth
+            depth = self._depth(size)
             try:
                 (self.solutions[key],) = bem.solve(
                     self.kernel, self.indenter, grid=count, depths=depth, tolerance=1e-5, angles=_RAYS
@@ -121,6 +165,11 @@ class CellSearch:
         """
         found = chosen(i, stress, place)
         kinds = {each.kind for each in found} & {"tensile", *(("yield", "shear") if self.friction else ())}
+        ends = self._ends(judged, size) if i == 0 and kinds else None
+        if ends is not None:
+            # nowhere else is the tension as large
+            kept = [each for each in found if each.kind != "tensile"]
+            return kept + [each for each in ends if each.kind == "tensile"]
         rim = self._rim(size, _COARSE) if i == 0 and kinds else None
         if rim is None:
             return found
@@ -186,6 +235,8 @@ class CellSearch:
 
     def refined(self, event: Event, size: float) -> Event:
         """Return an event with its place refined on finer cells and grids of five places along each axis."""
+        if event.rim and (ends := self._ends(self._judged(event), size)):
+            return _of_kind(event.kind, ends)
         if event.rim and (rim := self._rim(size, _RIM)):
             return _of_kind(event.kind, self._at_rim(self._judged(event), size, _RIM, rim))
         cells, judged = self._cells(size, _FINE), self._judged(event)
@@ -219,6 +270,8 @@ class CellSearch:
         layered = bool(judged.body.layers)
 
         def followed(other: float) -> Event:
+            if event.rim and (ends := self._ends(judged, other)):
+                return _of_kind(event.kind, ends)
             if event.rim and (rim := self._rim(other, _RIM, _angle(event))):
                 return _of_kind(event.kind, self._at_rim(judged, other, _RIM, rim))
             # far below the contact places depend on the depth alone
@@ -233,6 +286,8 @@ class CellSearch:
     def error(self, event: Event, size: float) -> float:
         """Estimated relative error of the stress: twice what cells twice as wide change, and what joining cells costs."""
         judged = self._judged(event)
+        if event.rim and self._ends(judged, size):
+            return _CLOSED
         if event.rim and (rim := self._rim(size, _RIM // 2, _angle(event))):
             coarse = _of_kind(event.kind, self._at_rim(judged, size, _RIM // 2, rim))
         else:
