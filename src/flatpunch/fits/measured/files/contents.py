@@ -15,7 +15,7 @@ from flatpunch._support.checks import shown
 from flatpunch._support.reading import Unreadable, check_archive, content, shown_path
 from flatpunch.fits.measured.columns import WORDS, Table, names_a_curve
 from flatpunch.fits.measured.curve import CurveError
-from flatpunch.fits.measured.files.cells import NUMBER, Row, tables_of
+from flatpunch.fits.measured.files.cells import NUMBER, WIDEST, Row, tables_of
 
 LARGEST = 200_000_000
 """Largest text file of a curve [bytes]."""
@@ -32,6 +32,9 @@ def text_tables(path: Path, decimal: str = ".") -> list[Table]:
     tables: list[Table] = []
     for lines in _lines(path):
         mark = _mark(lines, decimal)
+        # decimal commas are marks as well
+        if mark != " " and (most := max(line.count(mark) for line in lines)) > 2 * WIDEST:
+            raise CurveError(f"{path.name}: {most + 1} columns; at most {WIDEST} are read.")
         found = tables_of(path.name, [_cells(line, mark, decimal) for line in lines], lines)
         named = any(names_a_curve(zip(table.names, table.units, strict=True)) for table in found)
         tables = found if named or not tables else tables
