@@ -54,6 +54,13 @@ solved = fp.design(half, other, vary={"indenter.inclination": (0.1, 0.6)}, objec
 # the tolerance of the search
 np.testing.assert_allclose(solved.indenter.inclination, 0.3, rtol=1e-4)
 
+z = np.linspace(-1e-7, 2e-7, 120)
+load = np.zeros(120)
+load[z > 0] = fp.indent(half, tip, depth=z[z > 0]).force
+load += 2e-3 * load.max() * np.random.default_rng(0).normal(size=120)
+fitted = fp.fit(fp.Curve(z, load), half, other, ["indenter.inclination"], contact=0.0, baseline="constant")
+assert fitted.estimates["indenter.inclination"].low <= 0.3 <= fitted.estimates["indenter.inclination"].high, fitted
+
 study = fp.sweep("case.toml", {"indenter.radius": "10um, 20um"})
 assert study.sizes["indenter.radius"] == 2, study
 
