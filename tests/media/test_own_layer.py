@@ -289,9 +289,6 @@ def test_messages_of_its_case_file(tmp_path: Path, old: str, new: str, message: 
         fp.read_case(path)
 
 
-@pytest.mark.xfail(
-    strict=True, reason="a model file lists numbers by the names of Layer, and imports from the package alone"
-)
 def test_plug_in_by_numbers(tmp_path: Path) -> None:
     from flatpunch.plugins.nanite import write_nanite_model
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -64,8 +65,7 @@ def parts_of(
     return {
         "title": shown_title(title, "Layered sample (flatpunch)"),
         "method": chosen if isinstance(chosen, str) else chosen.name,
-        "tips": ", ".join(sorted(_types(repr(indenter)))),
-        "media": ", ".join(sorted(_types(repr(medium)))),
+        "imports": "\n".join(_imports(medium, indenter)),
         "medium": source_of(medium),
         "indenter": source_of(indenter),
         "free": repr(tuple(entry.name for entry in entries)),
@@ -77,10 +77,13 @@ def _entries(medium: Body, indenter: Indenter) -> list[Entry]:
     stack = medium.single
     plain = stack and (stack.base.rigid or stack.base.isotropic) and all(layer.isotropic for layer in stack.layers)
     numbers = numbers_in(medium, indenter)
-    top = numbers.get("layers[0].young") or numbers.get("base.young")
+    of_top = (each for each in numbers.values() if each.path.startswith(("layers[0].", "base.")))
+    top = next((each for each in of_top if each.number.unit == "Pa" and each.path not in numbers.members), None)
     if not plain or top is None:
         raise ValueError("a model file needs homogeneous layers on a rigid base or a half-space.")
-    entries = [Entry("E", top.path, "Young's Modulus", "Pa", top.value, True)]
+    name = top.path.rpartition(".")[2]
+    key, label = ("E", "Young's Modulus") if name == "young" else (name, top.number.what.title())
+    entries = [Entry(key, top.path, label, "Pa", top.value, True)]
     if thickness := numbers.get("layers[0].thickness"):
         entries.append(Entry("h", thickness.path, "Layer Thickness", "m", thickness.value, False))
     tip = [each for name, each in numbers.items() if name.startswith("indenter.")]
@@ -96,6 +99,21 @@ def _entries(medium: Body, indenter: Indenter) -> list[Entry]:
     return entries
 
 
-def _types(text: str) -> set[str]:
-    """Names of the types that a record in Python notation uses."""
-    return set(re.findall(r"\b([A-Z]\w+)\(", text))
+def _imports(*things: object) -> list[str]:
+    """Lines that import the classes of a case: those of the package by their rooms, others from where they are."""
+    homes: dict[str, set[str]] = {}
+    for made in {made for thing in things for made in _classes(thing)}:
+        room = ".".join(made.__module__.split(".")[:2])
+        homes.setdefault(room if room.startswith("flatpunch.") else made.__module__, set()).add(made.__name__)
+    return [f"from {home} import {', '.join(sorted(names))}" for home, names in sorted(homes.items())]
+
+
+def _classes(thing: object) -> Iterator[type]:
+    if isinstance(thing, tuple):
+        for each in thing:
+            yield from _classes(each)
+    elif dataclasses.is_dataclass(thing) and not isinstance(thing, type):
+        yield type(thing)
+        for field in dataclasses.fields(thing):
+            if field.init:
+                yield from _classes(getattr(thing, field.name))

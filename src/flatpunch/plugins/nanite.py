@@ -24,8 +24,7 @@ import lmfit
 import numpy as np
 
 from flatpunch.fits import ForwardModel
-from flatpunch.indenters import {tips}
-from flatpunch.media import {media}
+{imports}
 
 _MODEL = ForwardModel(
     {medium},

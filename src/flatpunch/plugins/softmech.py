@@ -17,8 +17,7 @@ Exact contact of a tip with a layered sample, by flatpunch (method {method}); wr
 
 import numpy as np
 from flatpunch.fits import ForwardModel
-from flatpunch.indenters import {tips}
-from flatpunch.media import {media}
+{imports}
 from scipy.optimize import curve_fit
 from softmech.core.plugins import ForceModel as Base
 
