@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from flatpunch.fits import Curve, CurveError, Tip, fit_film, oliver_pharr, plot_fit, tenth_rule
-from flatpunch.fits.films.film import normalised_stiffness
+from flatpunch.fits.films.film import by_formulas, normalised_stiffness
 from flatpunch.fits.films.oliver_pharr import DIAMOND
 from flatpunch.fits.half_space import published
 from flatpunch.fits.half_space.correction import correct, half_space_model
@@ -80,6 +80,16 @@ def test_an_imprint_thins_the_film():
     for sample, share in ((HalfSpace(70e9, 0.2), 0.5), (start, 1.5)):
         with pytest.raises(ValueError, match="imprint"):
             fit_film(curve, sample, TIP, imprint=share)
+
+
+def test_published_formulas_do_not_depend_on_where_they_begin():
+    """King's law has minima besides the deepest one."""
+    result = fit_film(_with_imprint(0.5, noise=0.003), Medium([Layer(50e9, 0.25, T)], HalfSpace(160e9, 0.2)), TIP)
+    for young in (10e9, 400e9):
+        begun = Medium([Layer(young, 0.25, T)], HalfSpace(160e9, 0.2))
+        for name, (found, misfit) in by_formulas(result.points, TIP, begun).items():
+            assert found == pytest.approx(result.others[name][0], rel=1e-4, nan_ok=True), name
+            assert misfit == pytest.approx(result.others[name][1], rel=1e-4), name
 
 
 def test_frame_compliance_is_found_with_the_film():

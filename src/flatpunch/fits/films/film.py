@@ -46,6 +46,8 @@ _THINNEST = 1e-3
 """Least thickness of a film that the tip has gone through, over that of the film: thin, not absent."""
 _HALF = 0.5
 """Where the search of `imprint` starts."""
+_AROUND = 10.0
+"""Largest factor of the grid on which the search of a published formula begins."""
 _DRIFTS = 0.5
 """Correlation of neighbouring residuals above which they are no scatter."""
 
@@ -349,8 +351,9 @@ def misfit_of(points: OliverPharr, tip: Tip, modulus: Array) -> Array:
 def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple[float, float]]:
     """Film modulus [Pa] and rms relative misfit of the stiffness by each formula; King's with its exponent fitted as well.
 
-    The search begins at the modulus of `fitted`. The modulus is nan where the points do not determine it: film and substrate
-    that hardly differ fit with any modulus if the exponent makes the film vanish.
+    The search begins at the best of a grid about the modulus of `fitted` and the exponent 1: King's law has several minima. The
+    modulus is nan where the points do not determine it: film and substrate that hardly differ fit with any modulus if the exponent
+    makes the film vanish.
     """
     base, t = fitted.base, fitted.length
     below = np.maximum(t - points.contact_depth, _THINNEST * t)
@@ -358,12 +361,15 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple
     laws = {name: partial(law, points.radius / t) for name, law in equivalents(fitted).items()}
     laws |= {name: partial(published.king, x, substrate=base.surface_modulus) for name, x in kings.items()}
     results = {}
+    factors = np.log(np.geomspace(1 / _AROUND, _AROUND, 9))
     for name, law in laws.items():
-        start = np.log([fitted.surface_modulus, *([1.0] if name in kings else [])])
 
         def residual(x: Array, law: Callable[..., Array] = law) -> Array:
             return misfit_of(points, tip, np.maximum(law(*np.exp(x)), 1.0))
 
+        first = np.log([fitted.surface_modulus, *([1.0] if name in kings else [])])
+        grid = first + np.stack(np.meshgrid(*[factors] * first.size), axis=-1).reshape(-1, first.size)
+        start = min(grid, key=lambda x: float(np.sum(residual(x) ** 2)))
         found, _ = least_squares_fit(residual, start, (start - _BESIDE, start + _BESIDE), points.radius.size)
         star = float("nan") if found.at_bound.any() else float(np.exp(found.x[0]))
         results[name] = (
