@@ -352,8 +352,8 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple
     """Film modulus [Pa] and rms relative misfit of the stiffness by each formula; King's with its exponent fitted as well.
 
     The search begins at the best of a grid about the modulus of `fitted` and the exponent 1: King's law has several minima. The
-    modulus is nan where the points do not determine it: film and substrate that hardly differ fit with any modulus if the exponent
-    makes the film vanish.
+    modulus is nan where the points do not determine it: film and substrate that hardly differ fit with any modulus if the
+    exponent makes the film vanish.
     """
     base, t = fitted.base, fitted.length
     below = np.maximum(t - points.contact_depth, _THINNEST * t)
