@@ -5,6 +5,7 @@ from matplotlib.figure import Figure
 
 import flatpunch as fp
 from flatpunch import bem
+from flatpunch.contact.physics import Physics
 from flatpunch.fits import Sample, Settings, Tip, oliver_pharr
 from flatpunch.fits.films.oliver_pharr import DIAMOND
 
@@ -174,8 +175,9 @@ CALLS = {
     "Settings": (Settings, {"contact": 1e-8, "depth_to": 1e-7, "force_to": 1e-9, "level": 0.9}),
     "Sample": (
         Sample,
-        {"medium": BODY, "indenter": BALL, "work_of_adhesion": 1e-5, "range_of_action": 1e-10},
+        {"medium": BODY, "indenter": BALL},
     ),
+    "Physics": (Physics, {"work_of_adhesion": 1e-5, "range_of_action": 1e-10}),
     "fit": (
         fp.fit,
         {"curve": CURVE, "medium": BODY, "indenter": BALL, "free": ["base.young"], "contact": 0.0, "level": 0.9},

@@ -124,20 +124,25 @@ def judged(curve: Curve, medium: Body, indenter: Indenter) -> Curve:
 def _large_strains(curve: Curve, medium: Body, indenter: Indenter, through: Array) -> tuple[str, ...]:
     """Whether layers are compressed or faces inclined by too much for linear theory, with the error where the table has it."""
     # compression of a layer over its thickness above which a note says that strains are no longer small
-    notes = first_failure(
-        (through >= 1 / 3) & (through < 1),
-        curve.depth,
-        "a layer is compressed by more than a third of its thickness. Strains are no longer small there, and what they change is "
-        "not tabulated for this case: under spheres at half of the thickness, bonded neo-Hookean layers take from 6 % less force "
-        "than linear theory (thick and incompressible) to 23 % more (thin, nu = 0.4).",
-    )
-    if indenter.rising and not indenter.flat:
-        # boundary elements, which solve all others, have a slope from cells
-        notes += steepness(indenter, curve.radius, curve.depth)
+    thin = (through >= 1 / 3) & (through < 1)
+    # boundary elements, which solve tips that do not rise, have a slope from cells
+    steep = steepness(indenter, curve.radius, curve.depth) if indenter.rising and not indenter.flat else ()
+    if not (steep or thin.any()):
+        return ()
     # adhesion and relaxation do not go with the correction
     linear = not {"retraction", "contact_depth"} & curve.extra.keys()
-    number = overestimate(medium, indenter, curve.depth, corrects=linear) if notes else None
-    return notes if number is None else (f"Strains are no longer small: {number}",)
+    number = overestimate(medium, indenter, curve.depth, corrects=linear)
+    what = "a layer is compressed by more than a third of its thickness. Strains are no longer small there"
+    if number is None:
+        what += (
+            ", and what they change is not tabulated for this case: under spheres at half of the thickness, bonded neo-Hookean "
+            "layers take from 6 % less force than linear theory (thick and incompressible) to 23 % more (thin, nu = 0.4)"
+        )
+    notes = (*first_failure(thin, curve.depth, f"{what}."), *steep)
+    if number is None:
+        return notes
+    text, beyond = number
+    return (*(notes if beyond else ()), f"Strains are no longer small: {text}")
 
 
 def _known(curve: Curve) -> Flags:

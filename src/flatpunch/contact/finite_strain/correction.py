@@ -95,8 +95,8 @@ def _in_table(place: Place, control: Control, depth: Array) -> None:
         )
 
 
-def overestimate(medium: Body, indenter: object, depth: Array, *, corrects: bool) -> str | None:
-    """What linear theory is off by at the largest depth, as the end of a note; None where nothing is tabulated."""
+def overestimate(medium: Body, indenter: object, depth: Array, *, corrects: bool) -> tuple[str, bool] | None:
+    """What linear theory is off by at the largest depth, as the end of a note, and whether the table ends before; None without."""
     try:
         place = place_of(medium, indenter)
     except BadValue:
@@ -106,7 +106,8 @@ def overestimate(medium: Body, indenter: object, depth: Array, *, corrects: bool
         return None
     off = 100 * (float(place.ratio(largest)[0][0]) - 1)
     side = "less" if off < 0 else "more"
-    end = ", where the table ends," if largest[0] == place.deepest else ""
+    beyond = bool(largest[0] == place.deepest)
+    end = ", where the table ends," if beyond else ""
     found = f"at {text(float(largest[0]), 'm')}{end} a neo-Hookean solid takes {abs(off):.2g} % {side} force than linear theory"
-    remedy = f"; finite_strain = '{NEO_HOOKEAN}' corrects it{' up to there' if end else ''}" if corrects else ""
-    return f"{found}{remedy}."
+    remedy = f"; finite_strain = '{NEO_HOOKEAN}' corrects it{' up to there' if beyond else ''}" if corrects else ""
+    return f"{found}{remedy}.", beyond
