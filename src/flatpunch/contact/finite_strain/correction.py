@@ -96,7 +96,7 @@ def _in_table(place: Place, control: Control, depth: Array) -> None:
 
 
 def overestimate(medium: Body, indenter: object, depth: Array, *, corrects: bool) -> tuple[str, bool] | None:
-    """What linear theory is off by at the largest depth, as the end of a note, and whether the table ends before; None without."""
+    """What linear theory is off by at the largest depth, as the end of a note, and whether the table ends before."""
     try:
         place = place_of(medium, indenter)
     except BadValue:
