@@ -15,9 +15,10 @@ from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
 from .pictures import plot_fit
-from .plan import Plan, PlanScan, plan_scan, planned
+from .plan import plan_scan, planned
 from .reading import plot_measured
 from .report.likelihood import Profile
+from .report.plans import Plan, PlanScan
 from .report.posterior import Posterior
 from .report.result import FitResult
 from .report.table import Estimate

@@ -50,7 +50,8 @@ from flatpunch.fits.parameters.priors import Prior
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import scaling
 from flatpunch.fits.parameters.settings import Free, Settings
-from flatpunch.fits.plan import Plan, PlanScan, plan_scan, planned
+from flatpunch.fits.plan import plan_scan, planned
+from flatpunch.fits.report.plans import Plan, PlanScan
 from flatpunch.fits.report.quantities import between, unit_of
 from flatpunch.fits.report.result import FitResult
 from flatpunch.fits.together import Measured
