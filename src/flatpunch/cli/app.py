@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flatpunch.cli import cite, design, fit, formulas, page, rough, show, stress, sweep  # noqa: F401  (they register their commands)
+from flatpunch.cli import cite, design, film, fit, formulas, page, rough, show, stress, sweep  # noqa: F401  (they register their commands)
 from flatpunch.cli.atlas import atlas_app
 from flatpunch.cli.examples import EXAMPLES
 from flatpunch.cli.plugin import plugin_app
