@@ -19,7 +19,7 @@ from scipy.special import beta
 import flatpunch as fp
 
 case = fp.read_case(next(path for path in fp.files.shipped_cases() if path.stem == "cell_ramp_hold_retract"))
-cell, law = case.medium.layers[0], case.relaxation
+cell, law = case.medium.layers[0], case.physics.relaxation
 radius = case.indenter.radius
 time = np.concatenate([np.linspace(0, 1, 101), np.linspace(1, 6, 101)[1:], np.linspace(6, 7, 201)[1:]])
 depth = np.interp(time, [0, 1, 6, 7], [0, 500e-9, 500e-9, 0])

@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import flatpunch as fp
 
 case = fp.read_case(next(path for path in fp.files.shipped_cases() if path.stem == "sphere_sticking_to_gel_in_water"))
-gel, work = case.medium.layers[0], case.work_of_adhesion
+gel, work = case.medium.layers[0], case.physics.work_of_adhesion
 thick = fp.HalfSpace(gel.young, gel.poisson)
 
 figure, axes = plt.subplots(figsize=(6.4, 4), layout="constrained")
