@@ -17,7 +17,7 @@ from flatpunch.fits import read_fit_case
 shipped = fp.files.shipped_cases()[0].parent / "fit"
 case = read_fit_case(shipped / "sticky_gel.toml")
 curve = fp.read_curve(shipped / "sticky_gel.csv", **case.reading)
-result = fp.fit(curve, case.medium, case.indenter, case.free, work_of_adhesion=case.work_of_adhesion)
+result = fp.fit(curve, case.medium, case.indenter, case.free, **case.arguments)
 print(result.summary())
 
 # %%

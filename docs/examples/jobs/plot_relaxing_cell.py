@@ -17,7 +17,7 @@ from flatpunch.fits import read_fit_case
 shipped = fp.files.shipped_cases()[0].parent / "fit"
 case = read_fit_case(shipped / "relaxing_cell.toml")
 curve = fp.read_curve(shipped / "relaxing_cell.csv", **case.reading)
-result = fp.fit(curve, case.medium, case.indenter, case.free, relaxation=case.relaxation)
+result = fp.fit(curve, case.medium, case.indenter, case.free, **case.arguments)
 print(result.summary())
 
 figure, (force, residual) = plt.subplots(
