@@ -139,7 +139,7 @@ def compliance(medium: Body) -> Kernel:
     See Also
     --------
     flat_punch : The first contact made from it.
-    compliance.Kernel : What it returns.
+    compliances.Kernel : What it returns.
 
     Examples
     --------

@@ -202,7 +202,7 @@ def fit_batch(
     --------
     fit : One curve.
     fit_together : Several curves of one sample.
-    fit.Batch : What it returns.
+    fits.Batch : What it returns.
 
     Examples
     --------

@@ -113,7 +113,7 @@ def fit_together(
     --------
     Measured : A curve with its own tip or values.
     fit : One curve.
-    fit.FitResult : What it returns.
+    fits.FitResult : What it returns.
 
     Examples
     --------

@@ -197,7 +197,7 @@ def correct(
     See Also
     --------
     fit : From the curve itself.
-    fit.Correction : What it returns.
+    fits.Correction : What it returns.
 
     Examples
     --------

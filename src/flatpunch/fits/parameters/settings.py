@@ -64,7 +64,7 @@ class Free:
     See Also
     --------
     fit : Takes one for each free parameter.
-    fit.parameter_names : What can be free.
+    fits.parameter_names : What can be free.
 
     Examples
     --------

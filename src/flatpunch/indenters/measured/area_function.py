@@ -55,7 +55,7 @@ class AreaFunction(RoundShape):
     --------
     Berkovich : The pyramid itself.
     RadialProfile : From measured heights.
-    fit.Tip : For Oliver-Pharr evaluations.
+    fits.Tip : For Oliver-Pharr evaluations.
 
     Examples
     --------

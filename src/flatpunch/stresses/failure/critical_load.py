@@ -138,7 +138,7 @@ def critical_load(
     --------
     Strength : What a layer bears.
     fields : The stresses.
-    fields.CriticalLoad : What it returns.
+    stresses.CriticalLoad : What it returns.
 
     Examples
     --------
