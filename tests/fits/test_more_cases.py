@@ -216,7 +216,7 @@ def test_records_of_a_batch_are_kept_as_it_goes(tmp_path, monkeypatch):
     real = batch._Job.one
 
     def counted(job, item):
-        fitted.append(item)
+        fitted.append(item[0])
         return real(job, item)
 
     monkeypatch.setattr(batch._Job, "one", counted)
