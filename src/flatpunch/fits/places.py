@@ -111,7 +111,8 @@ def _scale(unit: str, in_si: str) -> float:
     """One of a unit in SI."""
     try:
         return float(registry().Quantity(1, unit).to(in_si.replace("^", "**")).magnitude)
-    except Exception:  # pint has errors of several kinds
+    # texts that are no units end in pint's own errors and in those of Python's tokenizer
+    except Exception:
         raise ValueError(f"values: the unit {shown(unit)} is none of {in_si or 'a plain number'}.") from None
 
 

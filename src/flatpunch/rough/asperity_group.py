@@ -182,7 +182,7 @@ class Group:
         """Errors of the depths [m]: what is left out of the interactions.
 
         Twice the size of the last term of the series and of the next one, summed over the neighbours without their signs, and to
-        second order by how much the curvature of the surface that they have pressed down differs between two directions, over
+        second order from the difference of the curvatures of the depressed surface along two directions, over
         that of the tip. Tips that are not round act as round ones: the second term as well.
         """
         found = np.zeros(pressed.depths.size)

@@ -25,7 +25,7 @@ from flatpunch.media import Body, paths
 MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
 _NEAR = 0.05
-"""Change of a number that is not tabulated, in its internal form, up to which derivatives are kept."""
+"""Largest change of the internal value of an untabulated number for which its derivatives are used again."""
 
 
 @dataclass(frozen=True, slots=True)
