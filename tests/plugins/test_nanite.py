@@ -47,7 +47,8 @@ def test_what_cannot_be_written_is_refused(tmp_path):
 
 
 @pytest.mark.xfail(
-    reason="own modulus 2.5 % higher since a model error of a tenth weighs deep readings down; nanite's not run"
+    strict=True,
+    reason="on this curve 4530 and 4757 Pa, 5 % apart: where the model errs by a tenth our fit weighs deep readings less",
 )
 @pytest.mark.filterwarnings("ignore")  # nanite's own dependencies
 def test_nanite_takes_it(tmp_path, measured):
