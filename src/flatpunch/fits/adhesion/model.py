@@ -19,11 +19,10 @@ from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indentation import indent
 from flatpunch.fits.adhesion.branch import BranchFamily, BranchTables, StableBranch, branch_tables
-from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
-from flatpunch.fits.parameters.numbers import WORK
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import WORK, Sample
 from flatpunch.fits.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
+from flatpunch.fits.parameters.unknowns import ExactForce, FreeParameters
 from flatpunch.indenters.profile import Indenter
 
 
