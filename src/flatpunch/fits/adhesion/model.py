@@ -25,11 +25,10 @@ from flatpunch.fits.adhesion.branch import (
     branch_tables,
     retreats_over_flat_end,
 )
-from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
-from flatpunch.fits.parameters.numbers import WORK
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import WORK, Sample
 from flatpunch.fits.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
+from flatpunch.fits.parameters.unknowns import ExactForce, FreeParameters
 from flatpunch.indenters.profile import Indenter
 
 
