@@ -12,19 +12,19 @@ tractions are constant and displacements differ from constants by s x^(1-e)/(1 -
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import numpy as np
 import scipy
 from scipy.interpolate import CubicSpline
 
+from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliances.depth import Waves, named_waves
-from flatpunch.compliances.layered import sagittal_system
+from flatpunch.compliances.graded import TOLERANCE
+from flatpunch.compliances.layered import SATURATION, sagittal_system
 from flatpunch.media.material import PowerLaw
 from flatpunch.media.plane import isotropic_plane
 
-_DEEPEST, _SHALLOWEST = 120.0, 1e-14
+_DEEPEST, _SHALLOWEST = 4 * SATURATION, 1e-14
 """x between which the system is integrated: at the start the grading is taken as none, whose error decays like exp(-2x)."""
 
 _NODES = 24000
@@ -69,7 +69,7 @@ def _growth(x: Array, e: float) -> Array:
     return np.asarray(x ** (1 - e) / (1 - e)) if e < 1 else np.zeros_like(x)
 
 
-@lru_cache(maxsize=16)
+@byte_cached
 def _universal(e: float, nu: float) -> CubicSpline:
     """Spline in ln x of the four sagittal fields under two loads and the two transverse ones, times exp(x); shape (10,).
 
@@ -88,7 +88,9 @@ def _universal(e: float, nu: float) -> CubicSpline:
 
     ends = np.log(_DEEPEST), np.log(_SHALLOWEST)
     t = np.linspace(*ends, _NODES)
-    solved = scipy.integrate.solve_ivp(slope, ends, start, method="DOP853", t_eval=t, rtol=1e-12, atol=1e-14)
+    solved = scipy.integrate.solve_ivp(
+        slope, ends, start, method="DOP853", t_eval=t, rtol=TOLERANCE, atol=TOLERANCE / 100
+    )
     x = np.exp(solved.t)
     sagittal, across = solved.y[:8].reshape(4, 2, x.size), solved.y[8:]
     # amplitudes with which the tractions at the surface are those of the loads
@@ -99,5 +101,5 @@ def _universal(e: float, nu: float) -> CubicSpline:
     sagittal[0] -= growth * sagittal[2]
     sagittal[1] -= _vertical(nu) * growth * sagittal[3]
     across[0] -= growth * across[1]
-    values = np.concatenate([sagittal.reshape(8, x.size), across])
+    values = np.concatenate([sagittal.reshape(-1, x.size), across])
     return CubicSpline(solved.t[::-1], values[:, ::-1].T)

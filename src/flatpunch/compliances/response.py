@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from flatpunch._support.checks import Array
@@ -10,9 +12,6 @@ from flatpunch.compliances.layered import SATURATION, Depths, carry, half_space_
 from flatpunch.compliances.transverse import Sheet, Solid
 from flatpunch.media import AnyLayer, Interface, Stack
 from flatpunch.media.plane import contact_modulus
-
-_KEPT = 8
-"""Thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory."""
 
 
 def layered_response(medium: Stack, k: Array) -> Array:
@@ -49,15 +48,17 @@ def stack_flexibility(medium: Stack, k: Array, scale: float) -> Array:
 def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
     """Flexibility of the stack at its surface for ascending wavenumbers, shape (2, 2, n)."""
     flexibility = half_space_flexibility(medium.base, scale, k.shape)
+    # depth functions of a thickness are kept until its last layer
+    left = Counter(layer.thickness for layer in medium.layers if layer.isotropic)
     known: dict[float, Depths] = {}
     for layer in reversed(medium.layers):
         flexibility = yielding(layer.face, flexibility, k, scale)
         if layer.isotropic:
-            if layer.thickness not in known:
-                if len(known) == _KEPT:
-                    known.pop(next(iter(known)))
-                known[layer.thickness] = Depths.of(k * layer.thickness)
-            carry(layer, flexibility, known[layer.thickness], scale)
+            depths = known.pop(layer.thickness, None) or Depths.of(k * layer.thickness)
+            carry(layer, flexibility, depths, scale)
+            left[layer.thickness] -= 1
+            if left[layer.thickness]:
+                known[layer.thickness] = depths
         elif layer.varies:
             flexibility = carry_through_graded(layer, flexibility, k, scale)
         else:

@@ -85,7 +85,7 @@ def _through_graded(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
         shear, across = plane.shear * impedance, plane.across / impedance
         return np.asarray(k * depth * np.where(inverse, across - shear * y * y, shear - across * y * y))
 
-    solved = scipy.integrate.solve_ivp(slope, (1.0, 0.0), state, method="DOP853", rtol=TOLERANCE, atol=1e-14)
+    solved = scipy.integrate.solve_ivp(slope, (1.0, 0.0), state, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE / 100)
     y = solved.y[:, -1]
     return np.asarray(np.where(inverse, 1 / y, y) / impedance)
 
