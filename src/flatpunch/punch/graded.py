@@ -196,7 +196,7 @@ def graded_harmonics(kernel: Kernel, beta: Array, orders: list[int]) -> tuple[di
     felt = float(beta.max()) * kernel.series.sharpness
     # on higher harmonics the half-space of the surface material acts, but for tail beta/m of their (small) share. Small contacts
     # need fewer: the share of a kinked outline's harmonics beyond m is m^-3, so that m^4 may fall with beta
-    largest = min(max(orders, default=1), int(128 * np.clip(felt, 1e-3, 1.0) ** 0.25))
+    largest = min(max(orders, default=1), int(128 * np.clip(felt, 1e-3, 1.0) ** (1 / 4)))
     size = terms + largest // 2 + 1
     systems = [_All(parity, graded_matrices(kernel, beta, size, parity, order=2)) for parity in (0, 1)]
     vectors, sums = {}, {1: np.zeros(beta.size)}
