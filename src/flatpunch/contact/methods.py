@@ -371,10 +371,10 @@ def _cell_pressure(
         return _round_pressure(kernel, indenter, control, r)
     ways: list[tuple[Control, int | None]] = [(control, cells)]
     if control.name == "radius":
+        from flatpunch.bem.curves import DEFAULT_CELLS
         from flatpunch.bem.grid import SMALLEST
-        from flatpunch.contact.refined.method import CELLS
 
-        half = max((cells or CELLS) // 2, SMALLEST)
+        half = max((cells or DEFAULT_CELLS) // 2, SMALLEST)
         # an accuracy for which the solutions that come with the package are not used
         independent = Refined(rtol=FORCE_ERROR / 2, cells=half)
         depths = (way.solve(kernel, indenter, control, np.zeros(1)).depth for way in (method, independent))

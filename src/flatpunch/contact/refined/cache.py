@@ -64,7 +64,7 @@ class SampleCache:
         numbers = [(x, s.force, s.growth, s.force_error, s.shape_error) for x, s in samples.items()]
         shapes = np.array([sample.shape for sample in samples.values()])
         buffer = io.BytesIO()
-        np.savez_compressed(buffer, numbers=numbers, shapes=shapes, gaps=np.reshape(gaps, (-1, 5)))
+        np.savez_compressed(buffer, numbers=numbers, shapes=shapes, gaps=np.array(gaps))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
             write_whole(self.path, sealed(buffer.getvalue()))

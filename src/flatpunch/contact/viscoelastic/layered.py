@@ -111,15 +111,16 @@ def _wavenumbers(medium: Stack, radius: float) -> tuple[Array, Array]:
     """Gauss nodes and weights over all wavenumbers at which layers add to the surface material."""
     kernel = compliance(medium)
     last = kernel.cutoff / kernel.length
-    widest, edges = 4.0 / radius, [0.0, 1e-4 / max(radius, medium.thickness)]
-    if last / widest * 12 > _MOST:
+    x, w = gauss()
+    # phase of cos(kx) over a panel at the edge
+    widest, edges = 10 / radius, [0.0, 1e-4 / max(radius, medium.thickness)]
+    if last / widest * x.size > _MOST:
         raise ValueError(
             f"the contact, up to {text(radius, 'm')} wide, is too large against the top layer of {text(medium.length, 'm')} for "
             "layers that relax each in its own way. Leave out or join thin layers at the surface."
         )
     while edges[-1] < last:
         edges.append(min(edges[-1] + min(edges[-1], widest), last))
-    x, w = gauss(12)
     half = np.diff(edges)[:, None] / 2
     return (np.array(edges[:-1])[:, None] + half * (1 + x)).ravel(), (half * w).ravel()
 

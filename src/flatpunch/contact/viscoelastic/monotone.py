@@ -24,6 +24,9 @@ from flatpunch.contact.viscoelastic.recovery import recovery
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, convolve, moments
 from flatpunch.media.relaxation import Relaxation
 
+HALVINGS = 16
+"""Halvings of a step at most."""
+
 
 @dataclass(frozen=True, slots=True)
 class Memory:
@@ -82,14 +85,13 @@ def _fine_steps(time: Array, depth: Array, elastic: ElasticForce, tolerance: flo
     share, bound = np.zeros((3, fine.size - 1)), np.zeros(fine.size - 1)
     new = np.ones(fine.size - 1, dtype=bool)
     allowed = tolerance * float(elastic.force(depth.max(keepdims=True))[0])
-    halvings = 12
-    for turn in range(halvings + 1):
+    for turn in range(HALVINGS + 1):
         pressed = np.maximum(np.interp(fine, time, depth), 0.0)
         rising = np.diff(pressed) > 0
         chosen = np.flatnonzero(new & rising)
         share[:, chosen], bound[chosen] = _stiffness_shares(elastic, pressed[chosen], pressed[chosen + 1])
         coarse = bound * np.count_nonzero(rising) > allowed
-        if not coarse.any() or turn == halvings:
+        if not coarse.any() or turn == HALVINGS:
             break
         pieces = 1 + coarse
         fine = np.unique(np.concatenate([fine, (fine[:-1] + fine[1:])[coarse] / 2]))
@@ -130,17 +132,15 @@ def _regained(memory: Memory, contact: Array, depth: Array, top: int) -> bool:
 
 def with_touches(time: Array, value: Array) -> Array:
     """Times with the moments of touching and leaving added and the steps after each touch split."""
-    extra = []
     crossing = np.flatnonzero((value[:-1] <= 0) != (value[1:] <= 0))
-    # K begins at the first touch like a root of d: its step is split into pieces, each half as long as the next
-    for i in crossing:
-        at = time[i] - value[i] * (time[i + 1] - time[i]) / (value[i + 1] - value[i])
-        if value[i + 1] > 0:
-            extra.append(at + (time[i + 1] - at) * 0.5 ** np.arange(16))
-        extra.append(np.array([at]))
+    at = time[crossing] - value[crossing] * np.diff(time)[crossing] / np.diff(value)[crossing]
+    rising = value[crossing + 1] > 0
+    start, end = at[rising], time[crossing + 1][rising]
     if value[0] > 0:
-        extra.append(time[0] + (time[1] - time[0]) * 0.5 ** np.arange(16))
-    return np.unique(np.concatenate([time, *extra]))
+        start, end = np.append(start, time[0]), np.append(end, time[1])
+    # K begins at the first touch like a root of d: its step is split into pieces, each half as long as the next
+    pieces = start + (end - start) * 0.5 ** np.arange(HALVINGS)[:, None]
+    return np.unique(np.concatenate([time, at, pieces.ravel()]))
 
 
 def last_rise(depth: Array) -> int:
@@ -165,7 +165,8 @@ def _memory(time: Array, depth: Array, series: ExponentialSeries, elastic: Elast
 def _stiffness_shares(elastic: ElasticForce, start: Array, end: Array) -> tuple[Array, Array]:
     """K = k_0 + k_1 x + k_2 x^2 over steps, (3, n), at the exact elastic force; its error times the way, (n,) [N]."""
     moved = end - start
-    at = start + np.array([0.0, 0.25, 0.5, 0.75, 1.0])[:, None] * moved
+    places = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+    at = start + places[:, None] * moved
     first, early, middle, late, last = elastic.stiffness(at.ravel()).reshape(at.shape)
     before, after = elastic.force(at[::4].ravel()).reshape(2, -1)
     mean = (first + 4 * middle + last) / 6
@@ -174,7 +175,7 @@ def _stiffness_shares(elastic: ElasticForce, start: Array, end: Array) -> tuple[
     clear = np.abs(moved) > 1e-5 * end
     scale = np.where(clear & (mean > 0), exact / np.where(mean > 0, mean, 1), 1.0)
     share = scale * np.stack([first, 4 * middle - 3 * first - last, 2 * (first + last) - 4 * middle])
-    quarters = [share[0] + x * (share[1] + x * share[2]) for x in (0.25, 0.75)]
+    quarters = [share[0] + x * (share[1] + x * share[2]) for x in places[1::2]]
     return share, np.maximum(np.abs(quarters[0] - early), np.abs(quarters[1] - late)) * np.abs(moved)
 
 
