@@ -52,8 +52,7 @@ from flatpunch._support.threads import in_threads
 from flatpunch.compliances import Kernel
 from flatpunch.compliances.interpolant import SmoothResponse
 from flatpunch.numerics.chebyshev import Numbers
-from flatpunch.punch.basis import half_space_diagonal, inverse_factors
-from flatpunch.punch.krein import excess, round_functionals
+from flatpunch.punch.basis import excess, half_space_diagonal, inverse_factors, round_functionals
 from flatpunch.punch.wavenumbers import above_orders, bessel_table, composite_gauss, far_edges, panel_edges
 
 ComplexArray = NDArray[np.complexfloating]

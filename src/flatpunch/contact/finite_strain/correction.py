@@ -11,7 +11,7 @@ from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.finite_strain.caps import place_of
-from flatpunch.contact.finite_strain.places import SETTLED, Place
+from flatpunch.contact.finite_strain.tables import SETTLED, Place
 from flatpunch.contact.physics import NEO_HOOKEAN, Physics
 from flatpunch.media import Body, underlying
 

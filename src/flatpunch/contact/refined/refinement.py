@@ -25,11 +25,9 @@ from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.expected_box import POWER, boxes_between, level_line
 from flatpunch.contact.curve import NOTABLE_OUTLINE, ControlName
-from flatpunch.contact.refined.cache import SampleCache
-from flatpunch.contact.refined.interpolation import Interpolation
-from flatpunch.contact.refined.reference import RoundReference
-from flatpunch.contact.refined.sample import Case, Sample, solved
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.exact import punch_stiffness
+from flatpunch.contact.refined.interpolation import Interpolation, RoundReference
+from flatpunch.contact.refined.sample import Case, Sample, SampleCache, solved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 

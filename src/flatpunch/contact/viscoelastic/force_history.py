@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array
+from flatpunch.contact.viscoelastic.depth_history import HALVINGS, SECOND_ORDER, TOLERANCE, Response, with_touches
 from flatpunch.contact.viscoelastic.elastic import ElasticCurve
-from flatpunch.contact.viscoelastic.monotone import HALVINGS, with_touches
-from flatpunch.contact.viscoelastic.response import SECOND_ORDER, TOLERANCE, Response
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential_series, mean_decay
 from flatpunch.contact.viscoelastic.springs import SPRINGS, Ahead, End, Springs, State
 from flatpunch.media.relaxation import Relaxation

@@ -23,7 +23,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import NOTABLE_FORCE, Control, Curve
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.exact import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.contact.viscoelastic.each_layer import Relaxations, with_moduli
