@@ -30,8 +30,7 @@ from flatpunch.fits.report.quantities import label, unit_of
 from flatpunch.fits.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved, units_in
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
-from flatpunch.parallel.calls import map_calls
-from flatpunch.parallel.work import Missing
+from flatpunch.parallel.calls import Missing, map_calls
 from flatpunch.parallel.worker import processes
 
 Placed = tuple[Curve | Place, Mapping[str, float]]

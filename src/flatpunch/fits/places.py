@@ -30,8 +30,8 @@ from flatpunch.fits.measured.files.contents import by_number
 from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
-from flatpunch.parallel.interruption import held
-from flatpunch.parallel.keys import content_key
+from flatpunch.parallel.store import content_key
+from flatpunch.parallel.worker import held
 
 
 @dataclass(frozen=True, slots=True)
