@@ -27,7 +27,7 @@ _FLOORS = [
 _INSIDE = {
     "indenters": [
         {"_common", "profile"},
-        {"geometry", "shape"},
+        {"geometry"},
         {"shapes", "measured"},
         {"worn"},
         {"__init__"},

@@ -15,8 +15,7 @@ from collections.abc import Mapping
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
-from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import Problem
+from flatpunch._support.checks import LAYERS, Problem
 from flatpunch._support.paths import Plain
 from flatpunch.app.strengths import strengths_form, with_strengths
 from flatpunch.app.toml import toml_text, toml_value

@@ -8,8 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import ROUNDING, Array, BadValue, Flags, values
+from flatpunch._support.checks import ROUNDING, STEPS, Array, BadValue, Flags, values
 from flatpunch._support.prefixes import text
 from flatpunch.indenters.profile import Indenter
 

@@ -23,7 +23,7 @@ from flatpunch.files.tables.design import DesignCase
 from flatpunch.files.units import text
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Stack
-from flatpunch.media.interface import in_words
+from flatpunch.media.material import in_words
 from flatpunch.punch.matrix import sufficient_terms
 from flatpunch.stresses import Strength
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, Indices, shown
-from flatpunch._support.numbers import Place as Record
+from flatpunch._support.declared import Place as Record
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import Unreadable, as_path, content, is_file, is_folder, shown_path, text_content
 from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole

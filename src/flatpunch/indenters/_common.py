@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue, numbers, shown
-from flatpunch._support.numbers import a_ratio
+from flatpunch._support.declared import a_ratio, an_angle
 
 FULL_TURN = 2 * math.pi
 
@@ -34,6 +34,27 @@ Exponent = Annotated[
         most=100.0,
         example="2",
         outside="must lie between 0.01 and 100; a flat end is Cylinder(radius).",
+    ),
+]
+
+
+Inclination = Annotated[
+    float,
+    an_angle(
+        "inclination",
+        about="between the surface and a face",
+        example="35 deg",
+        outside="must lie in 0 < inclination < pi/2: the angle between surface and face in radians. Degrees go through "
+        "math.radians; a half-opening angle t measured from the axis is pi/2 - t.",
+    ),
+]
+HalfOpeningAngle = Annotated[
+    float,
+    an_angle(
+        "half opening angle",
+        about="between the axis and a face",
+        outside="must lie between 0 and 90 degrees.",
+        example="35 deg",
     ),
 ]
 

@@ -1,8 +1,8 @@
 """What an indenter is to the contact theory: the gap f(r, phi) at first touch and its slope.
 
 f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0. Concrete indenters are
-frozen dataclasses, one per file. All derive from `Indenter`, which has the members of an idealised smooth shape, and define only
-what differs; so does an indenter of your own. Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi.
+frozen dataclasses. All derive from `Indenter`, which has the members of an idealised smooth shape, and define only what differs;
+so does an indenter of your own. Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi.
 
 A member that is a field in a concrete class needs `field()` or a value of its own there: `dataclass` would take the inherited
 property of that name as the default of the field.
@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
-from flatpunch._support.numbers import Checked
+from flatpunch._support.declared import Checked
 
 
 class Indenter(Checked, ABC):
@@ -192,3 +192,14 @@ def check_rising(indenter: Indenter) -> None:
     """Refuse indenters that only boundary elements solve."""
     if not indenter.rising:
         raise NotRising(indenter.why_not_rising)
+
+
+class RoundShape(Indenter):
+    """Body of revolution: f depends on r alone."""
+
+    __slots__ = ()
+
+    @property
+    def round(self) -> bool:
+        """True."""
+        return True

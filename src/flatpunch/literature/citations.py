@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import shown
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._version import __version__
 from flatpunch.fits import Correction, FilmResult, FitResult, Posterior
 from flatpunch.literature.references import Citations, bibliography

@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flatpunch._support.checks import shown, switch
-from flatpunch._support.kinds import follows
+from flatpunch._support.checks import follows, shown, switch
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.reading import as_path
 from flatpunch._support.threads import cores, one_thread

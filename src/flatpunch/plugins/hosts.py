@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import one_of
 from flatpunch._support.whole_file import write_whole
 from flatpunch.plugins.cases import module_path
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.declared import Place
 from flatpunch._support.messages import message
-from flatpunch._support.numbers import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import reporting

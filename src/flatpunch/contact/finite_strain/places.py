@@ -23,7 +23,7 @@ from flatpunch.contact.finite_strain.tables import (
 )
 from flatpunch.contact.physics import NEO_HOOKEAN
 from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, angular_rule
-from flatpunch.indenters.shapes.facets import face_gradients
+from flatpunch.indenters.shapes.pointed import face_gradients
 from flatpunch.media import Body
 
 SETTLED = 1e-5

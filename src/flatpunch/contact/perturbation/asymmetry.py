@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch.indenters.geometry.angle_rule import angular_rule
-from flatpunch.indenters.geometry.symmetry import rotational_symmetry
+from flatpunch.indenters.geometry.angles import angular_rule
+from flatpunch.indenters.geometry.features import rotational_symmetry
 from flatpunch.indenters.profile import Indenter
 
 

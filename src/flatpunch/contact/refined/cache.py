@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.readable import record
 from flatpunch._support.reading import Unreadable, content
-from flatpunch._support.record import record
 from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed, write_whole
 from flatpunch.compliances import Kernel
 from flatpunch.contact.refined.sample import Sample

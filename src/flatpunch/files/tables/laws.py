@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
 
-from flatpunch._support.numbers import arguments
+from flatpunch._support.declared import arguments
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Length, Number, Pressure, Table
 from flatpunch.files.tables.made import fields_of

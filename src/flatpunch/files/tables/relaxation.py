@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from flatpunch._support.case_kinds import KINDS
+from flatpunch._support.declared import KINDS
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.made import Made, chosen, kinds_in
 from flatpunch.media import Prony, StandardLinearSolid

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from flatpunch._support.checks import TINY, shown
-from flatpunch._support.numbers import Number, Place, a_ratio
+from flatpunch._support.declared import Number, Place, a_ratio
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Interface, Material
 from flatpunch.media.paths import groups

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import shown
-from flatpunch._support.numbers import numbers_of
+from flatpunch._support.declared import numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.parameters.numbers import BESIDE, Scale
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch.fits.parameters.numbers import BESIDE, OF
 

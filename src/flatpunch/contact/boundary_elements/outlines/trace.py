@@ -23,8 +23,7 @@ from flatpunch.bem.operator.convolution import Operator, build_operator
 from flatpunch.bem.outline import covered, ray_lengths, read, rim_along, why_none
 from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.outlines.closer import solve_closer
-from flatpunch.indenters.geometry.edges import place_of, wedges_of
-from flatpunch.indenters.geometry.symmetry import mirrored_about
+from flatpunch.indenters.geometry.features import mirrored_about, place_of, wedges_of
 from flatpunch.indenters.profile import Indenter
 
 _WIDTH = 0.25
