@@ -67,11 +67,9 @@ _INSIDE = {
         {"__init__"},
     ],
     "app": [
-        {"limits", "saved", "store", "toml", "tables", "strengths"},
+        {"limits", "tables"},
         {"form"},
-        {"problems", "uploads", "tabs"},
-        {"plain"},
-        {"sketch"},
+        {"store", "tabs"},
         {"jobs"},
         {"workers"},
         {"page"},
