@@ -26,7 +26,8 @@ _FLOORS = [
 
 _INSIDE = {
     "indenters": [
-        {"_common", "profile"},
+        {"_common"},
+        {"profile"},
         {"geometry"},
         {"shapes", "measured"},
         {"worn"},

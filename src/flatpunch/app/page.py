@@ -90,7 +90,7 @@ class Page:
 
     def __post_init__(self) -> None:
         self._uploads = Uploads()
-        self._results: Store[Plain] = Store(LIMITS.results, lambda result: len(result.get("kept", b"")) + 10_000)
+        self._results: Store[Plain] = Store(LIMITS.kept, lambda result: len(result.get("kept", b"")) + 10_000)
 
     def answer(self, request: Request) -> Answer:
         """Return the answer to a request; whatever goes wrong is one, too."""

@@ -79,7 +79,7 @@ class Uploads:
     """Files by the text of the field `upload`: a digest of the content and the name, so that nobody can ask for another's."""
 
     def __init__(self) -> None:
-        self._kept: Store[Upload] = Store(LIMITS.uploads, lambda upload: len(upload.content))
+        self._kept: Store[Upload] = Store(LIMITS.kept, lambda upload: len(upload.content))
 
     def put(self, name: str, content: bytes) -> str:
         """Keep a file; return the text of the field."""

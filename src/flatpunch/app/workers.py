@@ -242,7 +242,7 @@ def _done(worker: Worker, job: Job) -> tuple[str, object]:
                 state, outcome = future.result()
                 return state, outcome
             job.progress = worker.progress() or job.progress
-            if time.monotonic() - job.asked > LIMITS.forgotten or (not job.long and job.seconds > LIMITS.longest):
+            if time.monotonic() - job.asked > LIMITS.silent or (not job.long and job.seconds > LIMITS.longest):
                 break
     except BrokenExecutor as error:
         lost = f"the process that calculated was lost twice ({how_it_ended(error)}); there may not be enough memory."

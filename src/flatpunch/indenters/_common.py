@@ -79,6 +79,8 @@ def spread(radial: Array, phi: Array) -> Array:
 
 def power(r: Array, exponent: float) -> Array:
     """r^exponent for r >= 0; infinite at r = 0 when the exponent is negative."""
+    if exponent in (0, 1, 2):  # without logarithms
+        return np.square(r) if exponent == 2 else np.asarray(r, dtype=float) if exponent else np.ones(np.shape(r))
     with np.errstate(divide="ignore"):
         return np.asarray(np.power(r, exponent))
 

@@ -1,8 +1,8 @@
 """Force models for programs that fit force curves already: files with the exact thin-layer contact of one case.
 
-nanite and PyJibe load single files that say which parameters a model has and how the force follows from the tip position. SoftMech
-2 has a folder `softmech/plugins/force_models`, whose modules are found when the program starts. The files need flatpunch where
-they run, that of nanite lmfit as well; neither they nor this package need the programs to be written.
+nanite and PyJibe load single files that say which parameters a model has and how the force follows from the tip position.
+SoftMech 2 has a folder `softmech/plugins/force_models`, whose modules are found when the program starts. The files need flatpunch
+where they run, that of nanite lmfit as well; neither they nor this package need the programs to be written.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ def section(case: Case, found: Stresses, quantity: str) -> Plain | None:
     if plane is None:
         return None
     x, z = plane
-    across, down = (spread(axis.size, most) for axis, most in zip((x, z), DRAWN.section, strict=True))
+    across, down = (spread(axis.size, most) for axis, most in ((x, DRAWN.around), (z, DRAWN.map)))
     values = _values(found, quantity)[np.ix_(across, down)].T
     body = underlying(case.medium).single
     faces = np.cumsum([layer.thickness for layer in body.layers] if body else [])

@@ -36,7 +36,7 @@ def sketch(medium: Body, indenter: Indenter, radius: float, depth: float) -> Pla
         return None
     ((_, body),) = sides
     half = min(3 * radius, float(indenter.reach))
-    x = np.linspace(-half, half, DRAWN.tip)
+    x = np.linspace(-half, half, DRAWN.around)
     height = np.asarray(indenter.height(np.abs(x), np.where(x < 0, np.pi, 0.0)))
     return {
         "layers": [
@@ -121,7 +121,7 @@ def shown(case: Case, result: xr.Dataset) -> Plain:
         "valid",
     )
     curve = {name: plain(result[name].values[chosen]) for name in names if name in result}
-    around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.angles))
+    around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.around))
     table = curve_table(result)
     last = int(np.argmax(np.nan_to_num(result["radius"].values)))
     return {

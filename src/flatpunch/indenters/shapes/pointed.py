@@ -17,14 +17,14 @@ import numpy as np
 from flatpunch._support.checks import SIDES, Array
 from flatpunch._support.declared import a_count, an_angle, checked, in_case_files
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, SAME, HalfOpeningAngle, Inclination, spread
-from flatpunch.indenters.profile import Indenter, RoundShape
+from flatpunch.indenters._common import FULL_TURN, SAME, HalfOpeningAngle, Inclination
+from flatpunch.indenters.profile import PowerLawShape, RoundShape
 
 
 @in_case_files("indenter", None, "", "of_opening", wear="wears")
 @readable
 @dataclass(frozen=True, slots=True)
-class Cone(RoundShape):
+class Cone(PowerLawShape, RoundShape):
     """Cone, f = r tan(inclination).
 
     Parameters
@@ -67,14 +67,6 @@ class Cone(RoundShape):
         """psi(phi) = tan(inclination), in the shape of phi [rad]."""
         return np.full(np.shape(phi), math.tan(self.inclination))
 
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return spread(np.asarray(r) * math.tan(self.inclination), phi)
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return np.full(np.broadcast_shapes(np.shape(r), np.shape(phi)), math.tan(self.inclination))
-
 
 Sides = Annotated[
     int,
@@ -87,7 +79,7 @@ Sides = Annotated[
 @in_case_files("indenter", None, "", "of_opening", wear="wears")
 @readable
 @dataclass(frozen=True, slots=True)
-class Pyramid(Indenter):
+class Pyramid(PowerLawShape):
     """Regular pyramid, f = tan(inclination) max_j (x·n_j).
 
     The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,
@@ -147,18 +139,10 @@ class Pyramid(Indenter):
         off = phi - width * np.round(np.asarray(phi) / width)
         return np.asarray(math.tan(self.inclination) * np.cos(off))
 
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return np.asarray(np.asarray(r) * self.angular(phi))
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return spread(self.angular(phi), r)
-
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FacetedPyramid(Indenter):
+class FacetedPyramid(PowerLawShape):
     """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).
 
     Parameters
@@ -215,14 +199,6 @@ class FacetedPyramid(Indenter):
         phi = np.asarray(phi, dtype=float)
         faces = zip(self.directions, self.inclinations, strict=True)
         return np.asarray(np.max([math.tan(a) * np.cos(phi - d) for d, a in faces], axis=0))
-
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return np.asarray(np.asarray(r) * self.angular(phi))
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return spread(self.angular(phi), r)
 
 
 def face_gradients(tip: Pyramid | FacetedPyramid) -> Array:

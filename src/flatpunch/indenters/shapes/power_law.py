@@ -18,8 +18,8 @@ import scipy
 from flatpunch._support.checks import Array, BadValue, Values
 from flatpunch._support.declared import Checked, Number, a_length, a_ratio, an_angle, checked, in_case_files
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, check_slender, corner_angles, power
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters._common import FULL_TURN, SCATTERED, Exponent, check_slender, corner_angles
+from flatpunch.indenters.profile import PowerLawShape
 
 Psi = Annotated[float, Number("angular factor", None, above=0.0)]
 
@@ -118,7 +118,7 @@ def _closed_spline(phi: Array, psi: Array, corners: tuple[float, ...]) -> scipy.
 @in_case_files("indenter", None, "through")
 @readable
 @dataclass(frozen=True, slots=True)
-class PowerLaw(Indenter):
+class PowerLaw(PowerLawShape):
     """Indenter f = r^n psi(phi).
 
     Parameters
@@ -213,14 +213,6 @@ class PowerLaw(Indenter):
         table = self.angular
         return tuple(sorted(p % FULL_TURN for p in table.phi)) if isinstance(table, AngularTable) else ()
 
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return np.asarray(power(r, self.exponent) * self.angular(phi))
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return np.asarray(self.exponent * power(r, self.exponent - 1) * self.angular(phi))
-
 
 def _as_angular(angular: Any, corners: tuple[float, ...]) -> Callable[[Array], Array]:
     if isinstance(angular, AngularTable) and angular.corners != corners:
@@ -271,7 +263,7 @@ def _tried(angular: Callable[[Array], Array]) -> Array:
 @in_case_files("indenter")
 @readable
 @dataclass(frozen=True, slots=True)
-class Superellipse(Indenter):
+class Superellipse(PowerLawShape):
     """Power law with superelliptic level lines, ``f = height_at_axes (|x/half_x|^p + |y/half_y|^p)^(n/p)``.
 
     Parameters
@@ -343,14 +335,6 @@ class Superellipse(Indenter):
         # the larger one in front, so that no power overflows
         norm = larger * (1 + (np.minimum(x, y) / larger) ** self.power) ** (1 / self.power)
         return np.asarray(self.height_at_axes * norm**self.exponent)
-
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return np.asarray(power(r, self.exponent) * self.angular(phi))
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return np.asarray(self.exponent * power(r, self.exponent - 1) * self.angular(phi))
 
 
 _AXES = (0.0, math.pi / 2, math.pi, 3 * math.pi / 2)

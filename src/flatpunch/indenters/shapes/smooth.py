@@ -15,13 +15,13 @@ from flatpunch._support.checks import Array
 from flatpunch._support.declared import a_curvature, a_length, checked, in_case_files
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import check_slender, spread
-from flatpunch.indenters.profile import Indenter, RoundShape
+from flatpunch.indenters.profile import Indenter, PowerLawShape, RoundShape
 
 
 @in_case_files("indenter")
 @readable
 @dataclass(frozen=True, slots=True)
-class Paraboloid(RoundShape):
+class Paraboloid(PowerLawShape, RoundShape):
     """Paraboloid of revolution, f = r^2/(2 R).
 
     Parameters
@@ -51,14 +51,6 @@ class Paraboloid(RoundShape):
         """psi(phi) = 1/(2 R) [1/m], in the shape of phi [rad]."""
         return np.full(np.shape(phi), 0.5 / self.radius)
 
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return spread(np.square(r) * (0.5 / self.radius), phi)
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return spread(np.asarray(r) / self.radius, phi)
-
 
 _HALF = "A and B are half the principal curvatures, 1/(2 R)."
 _LEVELS = "f = A x^2 + B y^2"
@@ -67,7 +59,7 @@ _LEVELS = "f = A x^2 + B y^2"
 @in_case_files("indenter", None, "", "of_radii")
 @readable
 @dataclass(frozen=True, slots=True)
-class EllipticParaboloid(Indenter):
+class EllipticParaboloid(PowerLawShape):
     """Paraboloid with elliptic level lines, f = A x^2 + B y^2.
 
     Parameters
@@ -121,14 +113,6 @@ class EllipticParaboloid(Indenter):
     def angular(self, phi: Array) -> Array:
         """psi(phi) = A cos^2 phi + B sin^2 phi [1/m], in the shape of phi [rad]."""
         return np.asarray(self.A * np.cos(phi) ** 2 + self.B * np.sin(phi) ** 2)
-
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return np.asarray(np.square(r) * self.angular(phi))
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return np.asarray(2 * np.asarray(r) * self.angular(phi))
 
 
 USABLE = 0.95
