@@ -295,6 +295,13 @@ class StableBranch:
         plain, back = np.exp(plain + self.forms[0]), np.exp(back + self.forms[2])
         return plain - back, plain * up - back * fall
 
+    def opening(self, deepest: float) -> float:
+        """Depth of the adhesive contact whose radius is that without adhesion at `deepest`."""
+        assert self._grid is not None
+        grid, depths = self._grid
+        plain = np.exp(self._pieces[0].at(grid)[0] + self.forms[0])
+        return float(np.interp(deepest, plain, depths))
+
     def radius_at(self, depth: Array) -> tuple[Array, Array]:
         """x at depths, and the distance of depths beyond the ends of the branch [m]."""
         assert self._grid is not None

@@ -123,6 +123,10 @@ class AdhesiveModel(FreeParameters):
         state = branch.at(np.array([branch.fold]))
         return float(state.depth[0]), float(state.force[0])
 
+    def opening(self, theta: Array, deepest: float) -> float:
+        """Depth [m] to which a contact made without adhesion at `deepest` is pulled at its radius before adhesion lets it shrink."""
+        return self.branch(theta, deepest).opening(deepest)
+
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:
         """Force [N] at any depths [m], zero beyond pull-off; free parameters that `values` lacks are as in the case."""
         depth = np.asarray(depth, dtype=float)

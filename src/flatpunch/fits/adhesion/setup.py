@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
+from flatpunch._support.prefixes import text
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.judge.background import Background, likeliest
 from flatpunch.fits.least_squares.drag import with_speed
@@ -35,6 +36,7 @@ _LITTLE = 0.02
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
+_PINNED = "The contact line is pinned"
 _RATIOS = 9
 """Works of adhesion or moduli of a scan, over a decade either way of the first guess; more cost time only."""
 
@@ -186,7 +188,11 @@ def _segment(curve: Curve, over: Array, points: Indices, name: str, reference: f
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """What is needed to set the problem up, and to set it up again with fewer points."""
+    """What is needed to set the problem up, and to set it up again with fewer points.
+
+    Where the contact line is pinned, as by adhesion with hysteresis, the contact keeps its radius a when the tip turns back. The
+    retract then begins as the unloading of a flat punch of that radius, a straight line, until it meets the JKR contact of a.
+    """
 
     part: Curve
     in_contact: Flags
@@ -197,8 +203,10 @@ class _Start:
     turned: float
     background: Background
 
-    def setup(self, used: Flags, notes: tuple[str, ...], start: Array | None = None) -> Setup:
-        """The problem with some points; behind its cantilever once there is a start."""
+    def setup(
+        self, used: Flags, notes: tuple[str, ...], start: Array | None = None, whole: tuple[Objective, Flags] | None = None
+    ) -> Setup:
+        """The problem with some points, `whole` being that with all; behind its cantilever once there is a start."""
         part, speed = with_speed(self.part, self.settings)
         taken, held = part.taken(used), self.settings.held
         # the same below which the model is continued by its tangent: nothing is measured beyond -1, where the tip lets go
@@ -234,7 +242,7 @@ class _Start:
             lambda: _start(objective, lower, upper, (low, high)) if start is None else start,
             self.settings,
             notes,
-            again=None if start is not None else lambda x: self._behind(objective, used, x),
+            again=lambda x: self._again(whole or (objective, used), used, notes, x, begun=start is not None),
         )
 
     def _contacts(self, objective: Objective) -> tuple[float, float]:
@@ -247,33 +255,74 @@ class _Start:
         high = float(pressing.min()) if pressing.size else float(depth.max())
         return low, max(high, low + _LITTLE * float(np.ptp(depth)))
 
-    def _behind(self, objective: Objective, used: Flags, x: Array) -> Setup | None:
-        """The setup behind its cantilever, without what is too close to its instability."""
-        spring = self.part.spring_constant
-        if spring is None or objective.loaded is None:
-            return None
-        giving = objective.loaded[self._giving(objective, x, spring)]
+    def _again(
+        self, whole: tuple[Objective, Flags], used: Flags, notes: tuple[str, ...], x: Array, *, begun: bool
+    ) -> Setup | None:
+        """The setup behind its cantilever, without what is too close to its instability and what is pinned; None if it stands."""
+        (objective, all_used), spring = whole, self.part.spring_constant
+        assert objective.loaded is not None
+        places = np.flatnonzero(all_used)
+        early = self._pinned(objective, x)
+        pinned = places[objective.loaded[early]]
+        giving = np.zeros(0, dtype=np.intp)
+        if spring is not None and not begun:
+            giving = places[objective.loaded[self._giving(objective, x, spring)]]
         keep = used.copy()
-        keep[np.flatnonzero(used)[giving]] = False
+        keep[pinned] = keep[giving] = False
+        if (keep == used).all() and (begun or spring is None):
+            return None
         if int((keep & self.in_contact).sum()) < FEWEST:
             raise CurveError(
                 f"{self.part.name}: nearly all of the contact is on the verge of snapping off: the cantilever "
                 f"({spring:.3g} N/m) is too soft for this adhesion. Take a stiffer one."
+                if giving.size
+                else f"{self.part.name}: fewer than {FEWEST} points are left of the retract once the contact opens. {_PINNED}."
             )
-        note = (
-            f"{giving.size} points just before the tip lets go are left out: there the cantilever ({spring:.3g} N/m) is about to "
-            "snap."
-        )
-        return self.setup(keep, (note,) if giving.size else (), x)
+        if giving.size:
+            notes = (
+                *notes,
+                f"{giving.size} points just before the tip lets go are left out: there the cantilever ({spring:.3g} N/m) is "
+                "about to snap.",
+            )
+        if pinned.size:
+            depth = self._readings(objective, x)[0][early]
+            from_depth, to_depth = text(float(depth.max()), "m"), text(float(depth.min()), "m")
+            notes = (
+                *(note for note in notes if not note.startswith(_PINNED)),
+                f"{_PINNED}: from a depth of {from_depth} to {to_depth} the force falls along the straight line of a flat punch of the "
+                "largest radius (hysteresis of adhesion). These readings are left out; the work of adhesion is that of the "
+                "contact as it opens.",
+            )
+        return self.setup(keep, notes, x, whole)
+
+    def _pinned(self, objective: Objective, x: Array) -> Flags:
+        """Readings in contact before the contact opens that a straight line describes better than the model does.
+
+        The contact of radius a without adhesion at the largest depth opens where it meets the adhesive contact of that radius.
+        """
+        depth, force, theta = self._readings(objective, x)
+        if self.settings.segment == "both" or not force.max() > 0:
+            return np.zeros(depth.size, dtype=bool)
+        early = depth > objective.model.opening(theta, float(depth.max()))
+        n = int(early.sum())
+        if n < FEWEST:
+            return np.zeros(depth.size, dtype=bool)
+        depth, force = depth[early], force[early]
+        by_line = float(np.sum((force - np.polynomial.Polynomial.fit(depth, force, 1)(depth)) ** 2))
+        by_model = float(np.sum((force - objective.model.evaluate(depth, theta)[0]) ** 2))
+        # ratio of likelihoods, in the noise that the line leaves
+        return early & (by_model - by_line > CLEAR**2 * by_line / (n - 2))
+
+    def _readings(self, objective: Objective, x: Array) -> tuple[Array, Array, Array]:
+        """Depth and force of readings in contact over contact point and background, and theta."""
+        theta, rest = objective.split(x)
+        background = rest["baseline"] + objective.background(rest, objective.position, objective.speed)
+        at = objective.loaded
+        return objective.depth[at] - rest["contact"], (objective.force - background)[at], theta
 
     def _giving(self, objective: Objective, x: Array, spring: float) -> Flags:
         """Points in contact that are past dF/dd = -k/2; judged by the piezo's position, which has no noise."""
-        theta, rest = objective.split(x)
-        at = objective.loaded
-        depth = objective.depth[at] - rest["contact"]
-        force = (
-            objective.force[at] - rest["baseline"] - objective.background(rest, objective.position, objective.speed)[at]
-        )
+        depth, force, theta = self._readings(objective, x)
         way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 10_000)
         on_branch, stiffness, _ = objective.model.evaluate(way, theta)
         # stiffness over that of the cantilever below which points are left out: there the noise moves the tip by twice what it
