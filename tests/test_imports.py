@@ -41,11 +41,11 @@ _INSIDE = {
         {"__init__"},
     ],
     "contact": [
-        {"curve", "dataset", "physics", "pressure_field"},
+        {"curve", "dataset", "physics"},
         {"round"},
         {"finite_strain"},
         {"limits"},
-        {"perturbation", "axisymmetric", "ellipse"},
+        {"perturbation", "exact"},
         {"boundary_elements", "adhesion", "viscoelastic", "receding"},
         {"refined"},
         {"methods"},

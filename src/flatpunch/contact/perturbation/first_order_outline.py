@@ -14,8 +14,7 @@ from flatpunch.indenters.geometry.angular_mean import angular_mean
 from flatpunch.indenters.geometry.flat_end import flat_radius
 from flatpunch.indenters.geometry.symmetry import different_rays
 from flatpunch.indenters.profile import Indenter
-from flatpunch.numerics.log_table import log_table
-from flatpunch.numerics.piecewise import PiecewiseChebyshev
+from flatpunch.numerics.piecewise import PiecewiseChebyshev, log_table
 from flatpunch.punch.family import punch_family
 
 

@@ -28,11 +28,10 @@ from flatpunch.indenters.geometry.angular_harmonics import angular_harmonics
 from flatpunch.indenters.geometry.angular_mean import angular_mean, geometric_mean
 from flatpunch.indenters.geometry.symmetry import sample_radii
 from flatpunch.indenters.profile import Indenter
-from flatpunch.numerics.log_table import log_table
+from flatpunch.numerics.piecewise import log_table
 from flatpunch.punch.basis import node_count, projection, regular_part
-from flatpunch.punch.edges import PowerLawEdges, edges_of
 from flatpunch.punch.family import SMALLEST
-from flatpunch.punch.harmonics import Edges, harmonic_size
+from flatpunch.punch.harmonics import Edges, PowerLawEdges, edges_of, harmonic_size
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.power_law import power_law_punch
 
