@@ -201,6 +201,9 @@ def test_one_file_for_two_outputs_is_refused(command, place):
         for ending in set(one[1]) & set(two[1]):
             done = run(*command.split(), *arguments, one[0], f"x{ending}", two[0], f"./x{ending}", exits=2)
             assert "Give each output a name of its own." in words(done)
+
+
+def test_a_link_to_an_output_is_the_same_file(place):
     Path("link.csv").symlink_to("x.nc")
     done = run("solve", "solve.toml", "-o", "x.nc", "--csv", "link.csv")
     assert "the same file as --output x.nc" in words(done)

@@ -28,7 +28,7 @@ STEP = np.log(10) / PER_DECADE
 _DEGREE = 5
 """Degree of the splines in ln delta; cubic ones leave 4e-7 of the largest force, where these leave 1e-9."""
 
-DECADES = 5
+_DECADES = 5
 """Decades of depth in a table, below which the power law of its end goes on; with three, 1e-8 of the largest force is left."""
 
 _MARGIN = 4
@@ -123,7 +123,7 @@ class Table:
     solve: Solve
     coordinates: Sequence[Coordinate]
     limit: Callable[[tuple[float, ...]], float]
-    decades: int = DECADES
+    decades: int = _DECADES
     _window: Window = (0, -1)
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
     _pieces: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
