@@ -26,8 +26,9 @@ _FLOORS = [
 
 _INSIDE = {
     "indenters": [
-        {"_common", "profile"},
-        {"geometry", "shape"},
+        {"_common"},
+        {"profile"},
+        {"geometry"},
         {"shapes", "measured"},
         {"worn"},
         {"__init__"},
@@ -67,11 +68,9 @@ _INSIDE = {
         {"__init__"},
     ],
     "app": [
-        {"limits", "saved", "store", "toml", "tables", "strengths"},
+        {"limits", "tables"},
         {"form"},
-        {"problems", "uploads", "tabs"},
-        {"plain"},
-        {"sketch"},
+        {"store", "tabs"},
         {"jobs"},
         {"workers"},
         {"page"},

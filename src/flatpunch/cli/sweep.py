@@ -138,7 +138,7 @@ def _print(result: xr.Dataset, quantity: str | None, step: int) -> None:
     """Print the quantity at a step: down the first parameter, across the second, at the first values of the others."""
     import numpy as np
 
-    from flatpunch.files.summary import spread
+    from flatpunch.files.descriptions import spread
     from flatpunch.files.units import readable
     from flatpunch.sweeps.picture import checked, heading, parameters, value_text, where
 

@@ -10,8 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, refused_overflow, shown, whole
-from flatpunch._support.kinds import listed
+from flatpunch._support.checks import Array, listed, refused_overflow, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread

@@ -12,8 +12,8 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, Values, numbers, shown
-from flatpunch._support.numbers import Number
-from flatpunch._support.numbers import Place as Record
+from flatpunch._support.declared import Number
+from flatpunch._support.declared import Place as Record
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
@@ -38,8 +38,7 @@ from flatpunch.fits.report.table import (
 )
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
-from flatpunch.parallel.calls import map_calls
-from flatpunch.parallel.work import Missing
+from flatpunch.parallel.calls import Missing, map_calls
 from flatpunch.parallel.worker import processes
 
 Placed = tuple[Curve | Place, Mapping[str, float]]

@@ -17,7 +17,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from flatpunch._support.checks import BadValue, positive, shown
-from flatpunch._support.numbers import Place, a_ratio
+from flatpunch._support.declared import Place, a_ratio
 from flatpunch._support.paths import Plain, put
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table

@@ -8,7 +8,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array, BadValue, real
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel

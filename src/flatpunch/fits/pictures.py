@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatpunch._support.checks import Array, Indices
-from flatpunch._support.kinds import instance
+from flatpunch._support.checks import Array, Indices, instance
 from flatpunch._support.prefixes import text
 from flatpunch.fits.distributions import bars
 from flatpunch.fits.half_space.formulas import layer_on_top

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from flatpunch._support.checks import Array, FlatpunchWarning, Indices, shown
-from flatpunch._support.numbers import Place as Record
+from flatpunch._support.declared import Place as Record
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import Unreadable, as_path, content, is_file, is_folder, shown_path, text_content
 from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole
@@ -30,8 +30,8 @@ from flatpunch.fits.measured.files.contents import LARGEST, by_number
 from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
-from flatpunch.parallel.interruption import held
-from flatpunch.parallel.keys import content_key
+from flatpunch.parallel.store import content_key
+from flatpunch.parallel.worker import held
 
 
 @dataclass(frozen=True, slots=True)

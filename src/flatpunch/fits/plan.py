@@ -14,9 +14,8 @@ from typing import Any, Unpack
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
-from flatpunch._support.checks import TINY, Array, positive, shown, whole
-from flatpunch._support.kinds import follows
-from flatpunch._support.numbers import Place
+from flatpunch._support.checks import TINY, Array, follows, positive, shown, whole
+from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.curve import FEW_ANGLES, Control

@@ -14,8 +14,7 @@ from typing import Unpack
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, real
-from flatpunch._support.kinds import instance, mapping
+from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, instance, mapping, real
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fits.fitting import descended, effort, setup_of, unfinished

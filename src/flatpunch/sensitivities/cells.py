@@ -14,8 +14,7 @@ import numpy as np
 import scipy
 
 from flatpunch import bem
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import AT_ONCE, Array, Indices
 from flatpunch._support.paths import Plain
 from flatpunch.bem.height import IndenterHeight
 from flatpunch.bem.solution import reaches_end
@@ -23,7 +22,7 @@ from flatpunch.compliances import Kernel
 from flatpunch.compliances.layered import SATURATION
 from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.methods import BoundaryElements
-from flatpunch.indenters.geometry.flat_end import beside_flat_end
+from flatpunch.indenters.geometry.features import beside_flat_end
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.paths import with_values
 from flatpunch.punch.wavenumbers import composite_gauss, panel_edges

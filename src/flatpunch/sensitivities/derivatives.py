@@ -17,7 +17,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices, refused_overflow, values
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import compliance

@@ -23,8 +23,7 @@ from flatpunch.contact.indentation import indent
 from flatpunch.contact.methods import BoundaryElements, FirstOrder, FourthOrder, SecondOrder
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
-from flatpunch.indenters.profile import Indenter
-from flatpunch.indenters.shape import RoundShape
+from flatpunch.indenters.profile import Indenter, RoundShape
 from flatpunch.media import Body, underlying
 from flatpunch.media.paths import with_values
 from flatpunch.sensitivities import cells

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch._support.numbers import Number, Place, numbers_of
+from flatpunch._support.declared import Number, Place, numbers_of
 from flatpunch._support.paths import steps
 from flatpunch.media import Body, DepthTable, Interface
 from flatpunch.media.laws import Law

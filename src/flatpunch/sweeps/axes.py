@@ -21,11 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.case_kinds import KINDS
-from flatpunch._support.ceilings import POINTS
-from flatpunch._support.checks import BadValue, shown
-from flatpunch._support.kinds import follows
-from flatpunch._support.numbers import number_of
+from flatpunch._support.checks import POINTS, BadValue, follows, shown
+from flatpunch._support.declared import KINDS, number_of
 from flatpunch._support.paths import FORMS, dotted, entries, spaced
 from flatpunch.files import units
 

@@ -19,8 +19,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from flatpunch._support.checks import Array, BadValue
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import Array, BadValue, one_of
 from flatpunch.files import units
 from flatpunch.plots.style import logarithmic
 from flatpunch.sweeps.axes import in_words

@@ -18,8 +18,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from flatpunch._support.ceilings import OUTLINES
-from flatpunch._support.checks import FlatpunchWarning, switch
+from flatpunch._support.checks import NUMBERS, FlatpunchWarning, switch
 from flatpunch._support.paths import Plain, put
 from flatpunch._support.progress import Report
 from flatpunch._version import __version__
@@ -172,10 +171,10 @@ def _cases(data: Plain, axes: Sequence[Axis], path: Path, *, contours: bool) -> 
         count = f"{len(problems)} of {len(problems) + len(cases)}"
         raise CaseError(f"{count} combinations describe no case.\n" + "\n".join(problems[:_SHOWN]) + more)
     size = sum(found.values.size * (found.angles if contours else 1) for found in cases)
-    if size > OUTLINES:
+    if size > NUMBERS:
         raise ValueError(
             f"vary makes {len(cases)} points of {cases[0].values.size} steps{' with outlines' if contours else ''}, {size:.3g} "
-            f"values of each quantity; {OUTLINES:.0e} are the most. Take fewer points or steps."
+            f"values of each quantity; {NUMBERS:.0e} are the most. Take fewer points or steps."
         )
     steps = sorted({found.values.size for found in cases})
     if len(steps) > 1:

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from flatpunch._support.checks import Array, BadValue
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.fits.films.oliver_pharr import OliverPharr, Tip, analysed, oliver_pharr

@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from flatpunch._support.checks import ROUNDING, Array, positive
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import ROUNDING, Array, one_of, positive
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread

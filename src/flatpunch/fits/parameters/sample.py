@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from flatpunch._support.checks import TINY, shown
-from flatpunch._support.numbers import Number, Place, a_ratio, numbers_of
+from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium

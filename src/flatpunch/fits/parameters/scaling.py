@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from flatpunch._support.numbers import Number, Place, numbers_of
+from flatpunch._support.declared import Number, Place, numbers_of
 from flatpunch.fits.parameters.sample import Numbers, Scale, numbers_in, smooth
 from flatpunch.indenters import Cone, Paraboloid, Pyramid
 from flatpunch.indenters.profile import Indenter

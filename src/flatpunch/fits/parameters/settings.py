@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypedDict
 
-from flatpunch._support.checks import BadValue, real, shown, switch
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import BadValue, one_of, real, shown, switch
 from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
 from flatpunch.contact.physics import Physics, PhysicsOf

@@ -22,7 +22,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.parameters.sample import BESIDE, Numbers, Sample, Scale, ends
 from flatpunch.indenters.profile import Indenter

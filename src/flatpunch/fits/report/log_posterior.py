@@ -22,7 +22,7 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array, Indices
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch._support.paths import Plain
 from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.least_squares.objective import NEWTON, Objective, blocked

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from flatpunch._support.checks import Array, shown
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable, text_of
 from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, correlation_of, label, unit_of

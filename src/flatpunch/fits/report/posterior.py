@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, BadValue, positive, real, shown
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._version import __version__

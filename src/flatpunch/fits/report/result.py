@@ -18,8 +18,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
-from flatpunch._support.readable import readable
-from flatpunch._support.record import record
+from flatpunch._support.readable import readable, record
 from flatpunch._version import __version__
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.parameters.sample import BESIDE, PULL_OFF

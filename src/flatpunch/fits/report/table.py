@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array
-from flatpunch._support.numbers import Place
+from flatpunch._support.declared import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable

@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, non_negative, positive, shown, switch, whole
-from flatpunch._support.kinds import mapping, one_of
+from flatpunch._support.checks import Array, BadValue, mapping, non_negative, one_of, positive, shown, switch, whole
 from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, shown_path
 from flatpunch.files.units import LENGTH, Dimension
 from flatpunch.fits.measured.calibration import PRINTED, calibrated, ratio_of

@@ -1,8 +1,8 @@
-"""Pyramids whose faces differ: AFM tips with front, back and side angles, and the rhombic Knoop diamond.
+"""Pointed tips: cones, regular pyramids, and pyramids whose faces differ.
 
 A pyramid is the highest of its faces, f = max_j k_j . x, each a plane of gradient k_j. The gradients are the corners
 of a convex polygon about the origin, and that polygon is the shape: rounding the tip (`Rounded`) and tilting it
-(`Tilted`) are operations on it.
+(`Tilted`) are operations on it. AFM tips have front, back and side angles; the Knoop diamond is rhombic.
 """
 
 from __future__ import annotations
@@ -14,17 +14,135 @@ from typing import Annotated
 
 import numpy as np
 
-from flatpunch._support.checks import Array
-from flatpunch._support.numbers import Inclination, an_angle
+from flatpunch._support.checks import SIDES, Array
+from flatpunch._support.declared import a_count, an_angle, checked, in_case_files
 from flatpunch._support.readable import readable
-from flatpunch.indenters._common import FULL_TURN, SAME, spread
-from flatpunch.indenters.profile import Indenter
-from flatpunch.indenters.shapes.pyramid import Pyramid
+from flatpunch.indenters._common import FULL_TURN, SAME, HalfOpeningAngle, Inclination
+from flatpunch.indenters.profile import PowerLawShape, RoundShape
+
+
+@in_case_files("indenter", None, "", "of_opening", wear="wears")
+@readable
+@dataclass(frozen=True, slots=True)
+class Cone(PowerLawShape, RoundShape):
+    """Cone, f = r tan(inclination).
+
+    Parameters
+    ----------
+    inclination : float
+        Angle between the surface and the cone's face [rad], between 0 and pi/2.
+
+    See Also
+    --------
+    SpheroCone : With a round apex.
+    Pyramid : With edges.
+
+    Examples
+    --------
+    >>> print(fp.Cone(inclination=np.radians(20)))
+    Cone
+      inclination  20 deg
+    """
+
+    inclination: Inclination
+
+    @classmethod
+    @checked
+    def of_opening(cls, half_opening_angle: HalfOpeningAngle) -> Cone:
+        """Cone by the angle between its axis and its face.
+
+        Parameters
+        ----------
+        half_opening_angle : float
+            Angle [rad], between 0 and pi/2; the inclination is pi/2 less this.
+        """
+        return cls(math.pi / 2 - half_opening_angle)
+
+    @property
+    def exponent(self) -> float:
+        """Exponent n = 1 of f = r^n psi."""
+        return 1.0
+
+    def angular(self, phi: Array) -> Array:
+        """psi(phi) = tan(inclination), in the shape of phi [rad]."""
+        return np.full(np.shape(phi), math.tan(self.inclination))
+
+
+Sides = Annotated[
+    int,
+    a_count(
+        "sides", 3, SIDES, remedy="A pyramid has 3 faces or more; the round limit is Cone(inclination).", example="4"
+    ),
+]
+
+
+@in_case_files("indenter", None, "", "of_opening", wear="wears")
+@readable
+@dataclass(frozen=True, slots=True)
+class Pyramid(PowerLawShape):
+    """Regular pyramid, f = tan(inclination) max_j (x·n_j).
+
+    The horizontal normals of the faces are n_j = (cos 2 pi j/N, sin 2 pi j/N): the first face looks along +x,
+    the edges lie half-way between the normals.
+
+    Parameters
+    ----------
+    sides : int
+        Number of faces N, >= 3.
+    inclination : float
+        Angle between the surface and each face [rad], between 0 and pi/2.
+
+    See Also
+    --------
+    FacetedPyramid : Faces of any inclination.
+    Rounded, Truncated : Worn tips.
+    Vickers, Berkovich, Knoop, CubeCorner : The standard ones.
+
+    Examples
+    --------
+    >>> print(fp.Pyramid(sides=4, inclination=np.radians(55)))
+    Pyramid
+      sides        4
+      inclination  55 deg
+    """
+
+    sides: Sides
+    inclination: Inclination
+
+    @classmethod
+    @checked
+    def of_opening(cls, sides: Sides, half_opening_angle: HalfOpeningAngle) -> Pyramid:
+        """Pyramid by the angle between its axis and each face.
+
+        Parameters
+        ----------
+        sides : int
+            Number of faces, >= 3.
+        half_opening_angle : float
+            Angle [rad], between 0 and pi/2; the inclination is pi/2 less this.
+        """
+        return cls(sides, math.pi / 2 - half_opening_angle)
+
+    @property
+    def exponent(self) -> float:
+        """Exponent n = 1 of f = r^n psi(phi)."""
+        return 1.0
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Directions of the edges, (2 j + 1) pi/N [rad]."""
+        return tuple((2 * j + 1) * math.pi / self.sides for j in range(self.sides))
+
+    def angular(self, phi: Array) -> Array:
+        """psi(phi) = tan(inclination) cos(angle to the nearest face normal), in the shape of phi [rad]."""
+        width = FULL_TURN / self.sides
+        off = phi - width * np.round(np.asarray(phi) / width)
+        return np.asarray(math.tan(self.inclination) * np.cos(off))
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class FacetedPyramid(Indenter):
+class FacetedPyramid(PowerLawShape):
     """Pyramid with faces of different inclination, f = max_j tan(inclination_j) (x·n_j).
 
     Parameters
@@ -81,14 +199,6 @@ class FacetedPyramid(Indenter):
         phi = np.asarray(phi, dtype=float)
         faces = zip(self.directions, self.inclinations, strict=True)
         return np.asarray(np.max([math.tan(a) * np.cos(phi - d) for d, a in faces], axis=0))
-
-    def height(self, r: Array, phi: Array) -> Array:
-        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
-        return np.asarray(np.asarray(r) * self.angular(phi))
-
-    def slope(self, r: Array, phi: Array) -> Array:
-        """Radial derivative df/dr [-], same broadcasting."""
-        return spread(self.angular(phi), r)
 
 
 def face_gradients(tip: Pyramid | FacetedPyramid) -> Array:

@@ -1,7 +1,8 @@
-"""A model file for nanite and PyJibe: the exact thin-layer contact in programs that fit force curves already.
+"""Force models for programs that fit force curves already: files with the exact thin-layer contact of one case.
 
-nanite loads single files that say which parameters a model has and how the force follows from the tip position. The file written
-here carries one case; it needs flatpunch and lmfit where it runs, and neither it nor this package needs nanite.
+nanite and PyJibe load single files that say which parameters a model has and how the force follows from the tip position.
+SoftMech 2 has a folder `softmech/plugins/force_models`, whose modules are found when the program starts. The files need flatpunch
+where they run, that of nanite lmfit as well; neither they nor this package need the programs to be written.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.plugins.cases import Entry, entries_of, module_path, parts_of
 
-_TEMPLATE = '''"""{title}
+_NANITE = '''"""{title}
 
 Exact contact of a tip with a layered sample, by flatpunch (method {method}). Layers, base and tip other than the parameters are
 as written below; write the file anew for another sample.
@@ -97,7 +98,7 @@ def write_nanite_model(
     """
     path = module_path(path, "model_thin_gel.py")
     entries = entries_of(medium, indenter)
-    text = _TEMPLATE.format(
+    text = _NANITE.format(
         **parts_of(medium, indenter, entries, title, method),
         defaults="\n".join(_default(entry) for entry in entries),
         arguments=", ".join(entry.key for entry in entries),
@@ -113,3 +114,87 @@ def write_nanite_model(
 def _default(entry: Entry) -> str:
     limits = "min=0" if entry.most is None else f"min=0, max={entry.most:g}"
     return f'    params.add("{entry.key}", value={entry.value!r}, {limits}, vary={entry.fitted})'
+
+
+_SOFTMECH = '''"""{title}
+
+Exact contact of a tip with a layered sample, by flatpunch (method {method}); write the file anew for another sample or tip.
+"""
+
+import numpy as np
+from flatpunch.fits import ForwardModel
+{imports}
+from scipy.optimize import curve_fit
+from softmech.core.plugins import ForceModel as Base
+
+NAME = {title!r}
+DESCRIPTION = "Exact contact mechanics of a layered sample: modulus of the top layer"
+VERSION = "1.0.0"
+DOI = ""
+
+_MODEL = ForwardModel(
+    {medium},
+    {indenter},
+    {free},
+    {method!r},
+)
+
+
+class ForceModel(Base):
+    """{title}"""
+
+{parameters}
+    def theory(self, x, *params, curve=None):
+        """Force [N] at indentations x [m] for a modulus [Pa]; the tip is that of the file."""
+        (E,) = params
+        {locals}
+        return _MODEL.force(np.asarray(x, dtype=float), {{{values}}})
+
+    def calculate(self, x, y, curve=None):
+        """The modulus [Pa], in a list, or False if the fit fails."""
+        x, y = self._get_fitting_region(x, y)
+        known = np.isfinite(x) & np.isfinite(y) & (x >= 0)
+        try:
+            found, _ = curve_fit(lambda x, E: self.theory(x, E, curve=curve), x[known], y[known], p0=[{start!r}])
+        except (RuntimeError, TypeError, ValueError):
+            return False
+        return list(found)
+'''
+
+
+def write_softmech_model(
+    path: str | Path, medium: Body, indenter: Indenter, *, title: str = "", method: FitMethod = "auto"
+) -> Path:
+    """Write a force model for SoftMech.
+
+    Parameters
+    ----------
+    path : path
+        Target, a Python module such as "thin_gel.py".
+    medium : Medium of homogeneous layers, or HalfSpace
+        The sample; SoftMech fits the modulus of its top layer.
+    indenter : Sphere, Paraboloid, Cylinder, Cone or Pyramid
+        The tip. Its size and the thickness are parameters of the program.
+    title : str
+        Name shown in the program.
+    method : str or method
+        Contact method, or "auto".
+
+    Returns
+    -------
+    Path
+    """
+    path = module_path(path, "thin_gel.py")
+    entries = entries_of(medium, indenter)
+    modulus, held = entries[0], entries[1:]
+    # lengths in nm, as SoftMech's own parameters
+    shown = [(entry, f"{entry.label.lower().replace(' ', '_')}{'_nm' * (entry.unit == 'm')}") for entry in held]
+    scale = {"m": 1e9}
+    text = _SOFTMECH.format(
+        **parts_of(medium, indenter, entries, title, method),
+        parameters="".join(f"    {name}: float = {e.value * scale.get(e.unit, 1):.12g}\n" for e, name in shown),
+        locals="; ".join(f"{e.key} = self.{name} / {scale.get(e.unit, 1):g}" for e, name in shown),
+        start=modulus.value,
+    )
+    write_whole(path, text.encode())
+    return path

@@ -1,9 +1,10 @@
-"""Numbers, declared once: what a field is, its unit and range, and a value to begin with, as its annotation.
+"""What classes declare: numbers, and their kinds in case files.
 
     radius: Annotated[float, a_length("radius", example="5 um")]
 
-From the declaration come the check of the constructor (`Checked`, `checked`), the table of case files and its entries on the page
-(`arguments`), the paths in fits, sensitivities, designs and sweeps (`numbers_of`), and labels and units of pictures and tables.
+From the declaration of a number come the check of the constructor (`Checked`, `checked`), the table of case files and its entries
+on the page (`arguments`), the paths in fits, sensitivities, designs and sweeps (`numbers_of`), and labels and units of pictures
+and tables. Kinds are layers, bases, tips and relaxations with their constructors; a kind of one's own is one more.
 """
 
 from __future__ import annotations
@@ -12,8 +13,9 @@ import dataclasses
 import functools
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterator
-from typing import Annotated, Any, NamedTuple, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, Literal, NamedTuple, ParamSpec, TypeVar, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -127,7 +129,6 @@ class Number:
 
     @property
     def _condition(self) -> str:
-        """Lower end of the range."""
         return f">= {self.least:g}" if self.least > self.above else f"> {self.above:g}"
 
     def sequence(self, name: str, value: Any) -> tuple[float, ...]:
@@ -230,7 +231,6 @@ def number_in(hint: Any) -> Number | None:
 
 
 def _parts(hint: Any) -> list[Any]:
-    """An annotation and all that is written inside it."""
     return [hint, *(each for part in get_args(hint) for each in _parts(part))]
 
 
@@ -331,22 +331,52 @@ def numbers_of(thing: object, path: str = "", law_of: Number | None = None) -> I
             yield from (Place(at, each, number, thing) for at, each in zip(places, entries, strict=True))
 
 
-Inclination = Annotated[
-    float,
-    an_angle(
-        "inclination",
-        about="between the surface and a face",
-        example="35 deg",
-        outside="must lie in 0 < inclination < pi/2: the angle between surface and face in radians. Degrees go through "
-        "math.radians; a half-opening angle t measured from the axis is pi/2 - t.",
-    ),
-]
-HalfOpeningAngle = Annotated[
-    float,
-    an_angle(
-        "half opening angle",
-        about="between the axis and a face",
-        outside="must lie between 0 and 90 degrees.",
-        example="35 deg",
-    ),
-]
+Constructor = TypeVar("Constructor", bound=Callable[..., Any])
+
+Section = Literal["layers", "base", "indenter", "relaxation"]
+Wear = Literal["", "tilts", "wears"]
+
+
+class Kind(NamedTuple):
+    """How case files give a kind.
+
+    Attributes
+    ----------
+    ways : tuple of callable
+        Constructors; a file gives the declared arguments of one of them.
+    wear : {"", "tilts", "wears"}
+        Whether a tip may be tilted, or also rounded and cut off.
+    """
+
+    ways: tuple[Callable[..., Any], ...]
+    wear: Wear
+
+
+KINDS: dict[Section, dict[str, Kind]] = {section: {} for section in get_args(Section)}
+"""Kinds of each table of case files by their names there; the usual layers have none."""
+
+
+def in_case_files(
+    section: Section, kind: str | None = None, *ways: str, wear: Wear = ""
+) -> Callable[[Constructor], Constructor]:
+    """Make a class, or a function that makes an object, a kind in case files and on the page.
+
+    Parameters
+    ----------
+    section : {"layers", "base", "indenter", "relaxation"}
+        Table of the case file. The fields are the declared arguments; layers have those of their lower face besides, and take
+        `bonded`.
+    kind : str, optional
+        Its name there; by default that in Python: "afm-pyramid".
+    *ways : str
+        Names of its constructors, empty for the class itself, which is the only one by default.
+    wear : {"", "tilts", "wears"}
+        Whether a tip may be tilted, or also rounded and cut off.
+    """
+
+    def marked(made: Constructor) -> Constructor:
+        name = re.sub(r"(?<=[a-z])(?=[A-Z])", "-", made.__name__).lower() if kind is None else kind
+        KINDS[section][name] = Kind(tuple(getattr(made, way) if way else made for way in ways or ("",)), wear)
+        return made
+
+    return marked

@@ -1,12 +1,12 @@
-"""Symmetries of an indenter, found by looking."""
+"""Symmetries, edges and flat ends of an indenter, found by looking at its heights."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, Indices
-from flatpunch.indenters._common import SAME, SCATTERED
+from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch.indenters._common import FULL_TURN, RAYS, SAME, SCATTERED
 from flatpunch.indenters.profile import Indenter
 
 _PHI = SCATTERED[::7]
@@ -52,3 +52,41 @@ def _same(indenter: Indenter, phi: Array, other: Array) -> bool:
     r = (np.ones(1) if indenter.exponent is not None else sample_radii(indenter, 10))[:, None]
     f, g = (np.asarray(indenter.height(r, np.mod(at, 2 * np.pi))) for at in (phi, other))
     return bool(np.all(np.abs(f - g) <= SAME * f.max(axis=1, keepdims=True)))
+
+
+def wedges_of(indenter: Indenter) -> list[tuple[float, float]]:
+    """Polar angles of the edges, rounded ones included [rad], and tangents of half the angle to the next one."""
+    angles = np.array(sorted(indenter.corners + indenter.rounded_edges))
+    gaps = np.diff(np.append(angles, angles[:1] + 2 * np.pi))
+    # half of the angle to the next edge at most [rad]
+    half = np.minimum(np.minimum(gaps, np.roll(gaps, 1)) / 2, 1.5)
+    return [(float(angle), float(np.tan(h))) for angle, h in zip(angles, half, strict=True)]
+
+
+def place_of(indenter: Indenter, angle: float) -> float:
+    """Place of an edge in the sector that repeats as the indenter is turned, as a share of it: equal for equivalent edges."""
+    return round(angle * rotational_symmetry(indenter) / (2 * np.pi), 6) % 1
+
+
+@byte_cached
+def flat_radius(indenter: Indenter) -> float:
+    """Mean radius of the flat end [m] that a tip begins with; 0 if it has none."""
+    rings = indenter.rings
+    # with the rays alone the mean radius of a square changes by 1e-6
+    phi = np.asarray(np.arange(2 * RAYS) * (FULL_TURN / 2 / RAYS))
+    if len(rings) < 2 or np.any(indenter.height(np.array((1 - 1e-3) * rings[0]), phi)):
+        return 0.0
+
+    def beyond(r: Array, phi: Array) -> Array:
+        return np.where(indenter.height(r, phi) > 0, 1.0, -1.0)
+
+    from scipy.optimize import elementwise
+
+    return float(elementwise.find_root(beyond, (0.0, (1 + SAME) * rings[-1]), args=(phi,)).x.mean())
+
+
+def beside_flat_end(indenter: Indenter, radius: Array) -> Flags:
+    """Where contacts hardly exceed a flat end that is not round, so that its edge rules the pressure; shape (n,)."""
+    if flat_radius(indenter) == 0:
+        return np.zeros(radius.shape, dtype=bool)
+    return np.asarray(radius < 1.2 * indenter.rings[-1])
