@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.cli.app import app
 from flatpunch.files import read_case
+from support.commands import run
 
 CASE = """
 title = "Coating for a stiffness"
@@ -58,8 +57,7 @@ def written(folder, text):
 def test_command(tmp_path):
     csv, plot = tmp_path / "found.csv", tmp_path / "found.png"
     case = written(tmp_path, CASE + WANTED)
-    result = CliRunner().invoke(app, ["design", str(case), "--csv", str(csv), "--plot", str(plot)])
-    assert result.exit_code == 0, result.output
+    result = run("design", case, "--csv", csv, "--plot", plot, exits=0)
     assert "3.64 GPa" in result.output
     assert "stiffness at force 2 mN: 50 kN/m, prescribed 50 kN/m" in " ".join(result.output.split())
     assert "layers[0].young,Pa,2000000000.0,3640097389" in csv.read_text(encoding="utf-8")
@@ -72,8 +70,7 @@ def test_a_target_needs_no_control(tmp_path):
     case = written(tmp_path, alone + WANTED)
     read = read_case(case)
     assert (read.control, read.values.tolist()) == ("force", [2e-3])
-    result = CliRunner().invoke(app, ["design", str(case)])
-    assert result.exit_code == 0, result.output
+    result = run("design", case, exits=0)
     assert "3.64 GPa" in result.output
     depths = 'quantity = "force"\nvalue = ["1 mN", "2 mN"]\ndepth = ["50 nm", "80 nm"]'
     read = read_case(
@@ -112,13 +109,13 @@ def test_limits_and_loads_are_read(tmp_path):
 )
 def test_mistakes_are_named(tmp_path, change, message):
     case = written(tmp_path, CASE + WANTED.replace(*change))
-    result = CliRunner().invoke(app, ["design", str(case)])
+    result = run("design", case)
     assert result.exit_code != 0
     assert message in " ".join(result.output.split())
 
 
 def test_a_case_without_a_design_is_refused(tmp_path):
-    result = CliRunner().invoke(app, ["design", str(written(tmp_path, CASE))])
+    result = run("design", written(tmp_path, CASE))
     assert result.exit_code != 0
     assert "no table [design]" in " ".join(result.output.split())
 
@@ -141,6 +138,5 @@ def test_pictures():
 )
 def test_check_refuses_bounds_that_hold_no_design(tmp_path, bounds, message):
     case = written(tmp_path, CASE + WANTED.replace('["1 GPa", "9 GPa"]', bounds))
-    done = CliRunner().invoke(app, ["check", str(case)])
-    assert done.exit_code == 2
+    done = run("check", case, exits=2)
     assert message in " ".join(done.output.split())

@@ -6,12 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
 
 from flatpunch._support.messages import message, toml
 from flatpunch._support.whole_file import REMEDY
-from flatpunch.cli.app import app
 from support import case_mutations
+from support.commands import run
 from support.platforms import PROC, SIGNALS
 
 CASE = """
@@ -35,10 +34,6 @@ def case(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(CASE, encoding="utf-8")
     return path
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 def refused(done, *words):
@@ -222,8 +217,7 @@ def test_tracebacks_on_request(case, monkeypatch):
         raise KeyError("a mistake")
 
     monkeypatch.setattr("flatpunch.cli.app._solve", broken)
-    done = run("solve", case)
-    assert done.exit_code == 2
+    done = run("solve", case, exits=2)
     assert "KeyError" in done.output
     assert "mistake of flatpunch" in done.output
     monkeypatch.setenv("FLATPUNCH_TRACEBACK", "1")
@@ -260,8 +254,7 @@ def test_case_files_of_corrections_are_checked_and_named(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(CASE.replace("[control]", "[correct]\nreported = '5 kPa'").replace('["10 nm", "20 nm"]', "'9 nm'"))
     refused(run("solve", path), "corrects a reported modulus", "`flatpunch correct")
-    done = run("check", path)
-    assert done.exit_code == 0
+    done = run("check", path, exits=0)
     assert "Reported  5 kPa at a depth of 9 nm" in done.output
     path.write_text(
         "method = 'bem'"

@@ -7,13 +7,13 @@ import stat
 import subprocess
 import sys
 import zipfile
+from functools import partial
 from itertools import combinations, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from typer.main import get_command
-from typer.testing import CliRunner
 
 import flatpunch as fp
 from flatpunch._support.whole_file import sealed, write_whole
@@ -21,6 +21,7 @@ from flatpunch.atlas.library import folder as shipped_tables
 from flatpunch.cli.app import app
 from flatpunch.cli.terminal import outputs_of
 from flatpunch.fits.places import Records
+from support import commands
 from support.platforms import PIPES
 
 BODY = """
@@ -84,8 +85,7 @@ def registered():
 OUTPUTS = {name: outputs_of(function) for name, _, function in registered()}
 
 
-def run(*arguments):
-    return CliRunner().invoke(app, [str(a) for a in arguments], env={"COLUMNS": "400", "NO_COLOR": "1"})
+run = partial(commands.run, columns=400)
 
 
 def words(done):
@@ -172,8 +172,7 @@ def test_no_output_replaces_an_input(command, call, output, place):
                 f"hard{ending}",
                 *([name, f"none/../{name}"] if name.endswith(ending) else []),
             ):
-                done = run(*command.split(), *arguments, option, target)
-                assert done.exit_code == 2, done.output
+                done = run(*command.split(), *arguments, option, target, exits=2)
                 assert option in words(done)
                 # nothing was read aloud, solved or drawn before
                 assert words(done).startswith("Error:")
@@ -190,8 +189,7 @@ def test_case_files_of_any_ending_are_inputs(command, place):
         for option, endings in OUTPUTS[command].values():
             if ending in endings:
                 more = ["--vary", "layers.0.young=1kPa,2kPa"] if command == "sweep" else []
-                done = run(command, case, *more, option, case)
-                assert done.exit_code == 2
+                done = run(command, case, *more, option, case, exits=2)
                 assert "an input of the command" in words(done)
         assert case.rename("solve.toml").read_text() == FILES["solve.toml"]
 
@@ -201,9 +199,11 @@ def test_one_file_for_two_outputs_is_refused(command, place):
     arguments, _ = CALLS[command][0]
     for one, two in combinations(OUTPUTS[command].values(), 2):
         for ending in set(one[1]) & set(two[1]):
-            done = run(*command.split(), *arguments, one[0], f"x{ending}", two[0], f"./x{ending}")
-            assert done.exit_code == 2
+            done = run(*command.split(), *arguments, one[0], f"x{ending}", two[0], f"./x{ending}", exits=2)
             assert "Give each output a name of its own." in words(done)
+
+
+def test_a_link_to_an_output_is_the_same_file(place):
     Path("link.csv").symlink_to("x.nc")
     done = run("solve", "solve.toml", "-o", "x.nc", "--csv", "link.csv")
     assert "the same file as --output x.nc" in words(done)
@@ -215,8 +215,7 @@ def test_what_is_not_a_file_is_not_replaced(place):
     for path in ("pipe.nc", "device.nc"):
         Path("device.nc").unlink(missing_ok=True)
         Path("device.nc").symlink_to("/dev/null")
-        done = run("solve", "solve.toml", "-o", path)
-        assert done.exit_code == 2
+        done = run("solve", "solve.toml", "-o", path, exits=2)
         assert "is a pipe or a device, not a file" in words(done)
         with pytest.raises(fp.files.ResultError, match="pipe or a device"):
             fp.save(fp.load("result.nc"), path)
@@ -226,8 +225,7 @@ def test_what_is_not_a_file_is_not_replaced(place):
 def test_protected_files_stay_and_others_keep_their_rights(place):
     Path("x.nc").write_bytes(b"mine")
     Path("x.nc").chmod(0o444)
-    done = run("solve", "solve.toml", "-o", "x.nc")
-    assert done.exit_code == 2
+    done = run("solve", "solve.toml", "-o", "x.nc", exits=2)
     assert "x.nc: is write-protected. Name another file." in words(done)
     with pytest.raises(OSError, match="write-protected"):
         write_whole(Path("x.nc"), b"other")
@@ -253,8 +251,7 @@ def test_protected_files_stay_and_others_keep_their_rights(place):
 )
 def test_names_that_a_command_chooses_replace_nothing(arguments, name, place):
     Path(name).write_bytes(b"mine")
-    done = run(*arguments)
-    assert done.exit_code == 2
+    done = run(*arguments, exits=2)
     assert f"{name} exists and was not named." in words(done)
     assert Path(name).read_bytes() == b"mine"
     if "-o" not in arguments:
@@ -268,8 +265,7 @@ def test_a_second_demo_replaces_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr("flatpunch.files.shipped_cases", lambda: shipped_cases()[:1])
     case = tmp_path / shipped_cases()[0].name
     case.with_suffix(".csv").write_bytes(b"mine")
-    done = run("demo", "-o", tmp_path)
-    assert done.exit_code == 0
+    done = run("demo", "-o", tmp_path, exits=0)
     assert f"not solved again; {case.stem}.csv would be replaced" in words(done)
     assert case.with_suffix(".csv").read_bytes() == b"mine"
     assert not case.with_suffix(".nc").exists()
@@ -302,8 +298,7 @@ def test_what_only_looks_unfinished_is_not_removed(tmp_path):
 @pytest.mark.long
 def test_a_folder_fit_leaves_its_own_tables_out(place):
     for _ in range(2):
-        done = run("fit", "folder", "fit.toml", "-o", "folder/table.csv")
-        assert done.exit_code == 0
+        done = run("fit", "folder", "fit.toml", "-o", "folder/table.csv", exits=0)
         assert "2 of 2 curves fitted" in words(done)
     run("fit", "curve.csv", "fit.toml", "-o", "folder/single.csv")
     assert "2 of 2 curves fitted" in words(run("fit", "folder", "fit.toml"))
@@ -326,8 +321,7 @@ FAILING = [
 def test_each_output_is_tried_by_itself_after_the_result_is_printed(command, arguments, place, monkeypatch):
     """The disk is full for each file in turn."""
     targets = [Path(word) for option, word in pairwise(arguments) if option in ("-o", "--csv", "--plot")]
-    whole = run(command, *arguments)
-    assert whole.exit_code == 0
+    whole = run(command, *arguments, exits=0)
     shown = words(whole).partition("Written:")[0]
     real = os.replace
     for full in targets:
@@ -340,8 +334,7 @@ def test_each_output_is_tried_by_itself_after_the_result_is_printed(command, arg
             real(source, target)
 
         monkeypatch.setattr("flatpunch._support.whole_file.os.replace", replace)
-        done = run(command, *arguments)
-        assert done.exit_code == 2
+        done = run(command, *arguments, exits=2)
         # results with the time that they took apart
         assert len(words(done).partition("Written:")[0]) > 0.9 * len(shown)
         assert f"Not written: {full}" in words(done)

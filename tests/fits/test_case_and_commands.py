@@ -7,9 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from flatpunch.cli.app import app
 from flatpunch.files import CaseError, load, read_case
 from flatpunch.fits import Curve, Free, Settings, fit
 from flatpunch.fits.batch import fit_batch
@@ -18,6 +16,7 @@ from flatpunch.fits.distributions import map_figure
 from flatpunch.fits.pictures import fit_figure
 from flatpunch.indenters import Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TransverselyIsotropicLayer
+from support.commands import run
 from support.synthetic_curves import synthetic
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
@@ -87,22 +86,19 @@ def test_mistakes_in_a_case(tmp_path, old, new, message):
 def test_example_gives_its_known_answer(tmp_path):
     """The example's curve was made with 2.6 kPa and 60 pN of noise."""
     picture, table, drift = tmp_path / "fit.png", tmp_path / "fit.csv", tmp_path / "drift.png"
-    done = CliRunner().invoke(
-        app,
-        [
-            "fit",
-            str(EXAMPLES / "thin_gel.csv"),
-            str(EXAMPLES / "thin_gel.toml"),
-            "--plot",
-            str(picture),
-            "-o",
-            str(table),
-            "--profile",
-            "--drift",
-            str(drift),
-        ],
+    done = run(
+        "fit",
+        EXAMPLES / "thin_gel.csv",
+        EXAMPLES / "thin_gel.toml",
+        "--plot",
+        picture,
+        "-o",
+        table,
+        "--profile",
+        "--drift",
+        drift,
+        exits=0,
     )
-    assert done.exit_code == 0, done.output
     assert "2.6 kPa" in done.output
     assert "profile" in done.output
     assert min(picture.stat().st_size, drift.stat().st_size) > 10_000
@@ -119,11 +115,7 @@ def test_folder(tmp_path):
         (tmp_path / f"c{i}.csv").write_text((EXAMPLES / "thin_gel.csv").read_text(encoding="utf-8"), encoding="utf-8")
     (tmp_path / "broken.csv").write_text("depth (nm),force (nN)\n1,2\n3,4\n", encoding="utf-8")
     out = tmp_path.parent / f"{tmp_path.name}.nc"
-    done = CliRunner().invoke(
-        app,
-        ["fit", str(tmp_path), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--plot", str(out.with_suffix(".png"))],
-    )
-    assert done.exit_code == 0, done.output
+    done = run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out, "--plot", out.with_suffix(".png"), exits=0)
     assert "3 of 4 curves fitted" in done.output
     assert "a fit needs 12 or more" in done.output
     table = load(out)
@@ -135,12 +127,10 @@ def test_read_shows_each_curve_of_a_folder(tmp_path):
     for name in ("a.csv", "b.csv"):
         shutil.copy(EXAMPLES / "thin_gel.csv", tmp_path / name)
     (tmp_path / "c.csv").write_text("no numbers\n", encoding="utf-8")
-    done = CliRunner().invoke(app, ["read", str(tmp_path), str(EXAMPLES / "thin_gel.toml")])
-    assert done.exit_code == 0, done.output
+    done = run("read", tmp_path, EXAMPLES / "thin_gel.toml", exits=0)
     assert done.output.count("contact: begins at") == 2
     assert "c.csv\n  not read: c.csv: no rows of numbers" in done.output
-    picture = CliRunner().invoke(app, ["read", str(tmp_path), "--plot", str(tmp_path / "x.png")])
-    assert picture.exit_code == 2
+    picture = run("read", tmp_path, "--plot", tmp_path / "x.png", exits=2)
     assert "--plot goes with a single curve" in picture.output
 
 
@@ -151,20 +141,15 @@ def test_a_case_of_stresses_serves_for_what_needs_its_bodies_alone():
 
 
 def test_correct_command():
-    done = CliRunner().invoke(
-        app, ["correct", str(EXAMPLES / "thin_gel.toml"), "--reported", "8 kPa", "--depth", "500 nm"]
-    )
-    assert done.exit_code == 0, done.output
+    done = run("correct", EXAMPLES / "thin_gel.toml", "--reported", "8 kPa", "--depth", "500 nm", exits=0)
     assert "Dimitriadis" in done.output
     assert "Clifford" in done.output
-    bad = CliRunner().invoke(app, ["correct", str(EXAMPLES / "thin_gel.toml"), "--reported", "8", "--depth", "500 nm"])
-    assert bad.exit_code == 2
+    bad = run("correct", EXAMPLES / "thin_gel.toml", "--reported", "8", "--depth", "500 nm", exits=2)
     assert "--reported = '8' has no unit" in bad.output
 
 
 def test_command_refuses_before_fitting(tmp_path):
-    done = CliRunner().invoke(app, ["fit", "x.csv", str(EXAMPLES / "thin_gel.toml"), "-o", "x.docx"])
-    assert done.exit_code == 2
+    done = run("fit", "x.csv", EXAMPLES / "thin_gel.toml", "-o", "x.docx", exits=2)
     assert "the ending must be .csv or .nc" in done.output
 
 
@@ -224,13 +209,11 @@ def test_known_values_from_a_table(tmp_path):
         encoding="utf-8",
     )
     command = ["fit", str(folder), str(tmp_path / "case.toml"), "--values", str(tmp_path / "known.csv")]
-    done = CliRunner().invoke(app, [*command, "-o", str(tmp_path / "out.csv")])
-    assert done.exit_code == 0, done.output
+    done = run(*command, "-o", tmp_path / "out.csv", exits=0)
     rows = list(csv.DictReader((tmp_path / "out.csv").read_text(encoding="utf-8").splitlines()))
     np.testing.assert_allclose([float(row["layers[0].young [Pa]"]) for row in rows], 2600, rtol=0.01)
     (tmp_path / "known.csv").write_text("curve,layers[0].thickness [nm]\nc1.csv,3000\n", encoding="utf-8")
-    done = CliRunner().invoke(app, command)
-    assert done.exit_code == 2
+    done = run(*command, exits=2)
     assert "known.csv: no line for c0.csv" in done.output.replace("\n", " ")
 
 

@@ -2,11 +2,10 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.cli.app import app
 from flatpunch.fits.half_space.formulas import compare_case, comparison_table, formulas
+from support.commands import run
 
 H = 1e-6
 GEL = fp.Medium([fp.Layer(5e3, 0.5, H)], base=fp.RigidBase())
@@ -99,19 +98,15 @@ def test_what_cannot_be_compared_says_so(tmp_path):
 def test_what_was_reported_stands_in_the_case_file_or_on_the_command_line(tmp_path):
     path = tmp_path / "a.toml"
     path.write_text(CASE, encoding="utf-8")
-    bare = CliRunner().invoke(app, ["correct", str(path), "--depth", "300 nm"])
-    assert bare.exit_code == 2
+    bare = run("correct", path, "--depth", "300 nm", exits=2)
     assert "--reported is missing" in bare.output
     path.write_text(f'{CASE}correct = {{ reported = "8 kPa", depth = "300 nm" }}', encoding="utf-8")
-    inside = CliRunner().invoke(app, ["correct", str(path)])
-    assert inside.exit_code == 0, inside.output
+    inside = run("correct", path, exits=0)
     assert "Reported 8 kPa -> layer 1.382 kPa" in inside.output
     # the command line has the last word
-    assert "Reported 9 kPa" in CliRunner().invoke(app, ["correct", str(path), "--reported", "9 kPa"]).output
+    assert "Reported 9 kPa" in run("correct", path, "--reported", "9 kPa").output
     for ending in ("csv", "nc", "png"):
         option = "--plot" if ending == "png" else "-o"
-        done = CliRunner().invoke(app, ["correct", str(path), option, str(tmp_path / f"a.{ending}")])
-        assert done.exit_code == 0, done.output
+        run("correct", path, option, tmp_path / f"a.{ending}", exits=0)
     assert fp.load(tmp_path / "a.nc")["young"].values[0] == fp.correct(8e3, GEL, fp.Sphere(5e-6), 300e-9).young
-    wrong = CliRunner().invoke(app, ["correct", str(path), "-o", "a.docx"])
-    assert wrong.exit_code == 2
+    run("correct", path, "-o", "a.docx", exits=2)

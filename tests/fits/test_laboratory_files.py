@@ -5,11 +5,10 @@ import zlib
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from flatpunch.cli.app import app
 from flatpunch.fits import CurveError, fit, read_curve, unloading
 from flatpunch.fits.case import read_fit_case
+from support.commands import run
 from support.laboratory_files import FILES
 
 TEXTS = ["load_hold", "breakthrough", "start_backwards", "jpk_text", "nanoscope_text", "words_below"]
@@ -34,8 +33,7 @@ def check(folder, name, seed):
     """Right within 1 %, or named."""
     made = made_in(folder, name, seed)
     if made.film and made.young:
-        ran = CliRunner().invoke(app, ["fit-film", str(made.path), str(folder / "case.toml")])
-        assert ran.exit_code == 0, ran.output
+        ran = run("fit-film", made.path, folder / "case.toml", exits=0)
         assert float(re.search(r"Young's modulus of layer 1 +([\d.]+) GPa", ran.output)[1]) * 1e9 == pytest.approx(
             made.young, rel=0.01
         )

@@ -13,10 +13,8 @@ from pathlib import Path
 import numpy as np
 import psutil
 import pytest
-from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.cli.app import app
 from flatpunch.files import CaseError
 from flatpunch.fits import Curve, fit, read_curve
 from flatpunch.fits.batch import Batch, fit_batch
@@ -24,6 +22,7 @@ from flatpunch.fits.case import read_fit_case
 from flatpunch.fits.distributions import map_figure
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
+from support.commands import run
 from support.platforms import SIGNALS
 from support.synthetic_curves import synthetic
 
@@ -38,10 +37,6 @@ base = { kind = "half-space", young = "10 MPa", poisson = 0.3 }
 kind = "paraboloid"
 radius = "3 um"
 """
-
-
-def _run(*arguments):
-    return CliRunner().invoke(app, [str(a) for a in arguments])
 
 
 @pytest.mark.long
@@ -63,8 +58,7 @@ def test_two_bodies(tmp_path):
 
 @pytest.mark.parametrize("name", ["thin_gel", "sticky_gel", "relaxing_cell"])
 def test_check_knows_fit_cases(name):
-    done = _run("check", EXAMPLES / f"{name}.toml")
-    assert done.exit_code == 0, done.output
+    done = run("check", EXAMPLES / f"{name}.toml", exits=0)
     assert "Fitted    layers[0].young, from" in done.output
 
 
@@ -86,7 +80,7 @@ def test_check_finds_mistakes_without_a_curve(tmp_path, old, new, message):
     path.write_text(text.replace(old, new), encoding="utf-8")
     with pytest.raises(CaseError, match=message):
         read_fit_case(path)
-    assert _run("check", path).exit_code == 2
+    assert run("check", path).exit_code == 2
 
 
 @pytest.mark.long
@@ -114,8 +108,7 @@ def test_times_come_with_the_file(tmp_path):
     bare = tmp_path / "bare.csv"
     text = (EXAMPLES / "relaxing_cell.csv").read_text(encoding="utf-8")
     bare.write_text(text.replace("time (s)", "time"), encoding="utf-8")
-    done = _run("fit", bare, EXAMPLES / "relaxing_cell.toml")
-    assert done.exit_code == 2
+    done = run("fit", bare, EXAMPLES / "relaxing_cell.toml", exits=2)
     assert "column 'time' (time) has no unit" in done.output
 
 
@@ -153,8 +146,7 @@ def test_force_map(tmp_path):
         '[indenter]\nkind = "paraboloid"\nradius = "3 um"\n',
         encoding="utf-8",
     )
-    done = _run("fit", path, case, "-o", tmp_path / "map.csv", "--plot", tmp_path / "map.png")
-    assert done.exit_code == 0, done.output
+    done = run("fit", path, case, "-o", tmp_path / "map.csv", "--plot", tmp_path / "map.png", exits=0)
     assert "5 of 6 curves fitted" in done.output
     lines = (tmp_path / "map.csv").read_text(encoding="utf-8").splitlines()
     assert lines[0].startswith("curve,file,index,ok,reason,layers[0].young [Pa]")
@@ -185,23 +177,21 @@ def test_interrupt_keeps_what_was_done(tmp_path, monkeypatch):
 
     monkeypatch.setattr(batch, "fit_rows", interrupted)
     out = tmp_path.parent / f"{tmp_path.name}.csv"
-    done = _run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out)
-    assert done.exit_code == 130
+    done = run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out, exits=130)
     assert "Interrupted after 16 of 40 curves" in done.output
     assert len(out.read_text(encoding="utf-8").splitlines()) == 17
     # the same command goes on; a curve that has changed meanwhile is fitted again
     monkeypatch.setattr(batch, "fit_rows", real)
     changed = (EXAMPLES / "thin_gel.csv").read_text(encoding="utf-8").splitlines()
     (tmp_path / "c03.csv").write_text("\n".join(changed[:-20]), encoding="utf-8")
-    done = _run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out)
-    assert done.exit_code == 0, done.output
+    done = run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out, exits=0)
     assert "15 of 40 curves were fitted by an earlier run" in done.output
     table = out.read_text(encoding="utf-8")
     rows = list(csv.DictReader(table.splitlines()))
     assert int(rows[3]["points"]) < int(rows[2]["points"]) == int(rows[39]["points"])
     assert not out.with_suffix(".records").exists()
     # an uninterrupted run writes the same, to the last digit
-    assert _run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out).exit_code == 0
+    assert run("fit", tmp_path, EXAMPLES / "thin_gel.toml", "-o", out).exit_code == 0
     assert out.read_text(encoding="utf-8") == table
 
 

@@ -4,9 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
 from flatpunch.fits import LogNormal, Normal, Uniform, fit, plan_scan, planned, read_fit_case
@@ -14,6 +12,7 @@ from flatpunch.fits.case import describe_fit, plan_of
 from flatpunch.indenters import Cone, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 from flatpunch.media.paths import value_of, with_values
+from support.commands import run
 from support.synthetic_curves import synthetic
 
 YOUNG, THICK = "layers[0].young", "layers[0].thickness"
@@ -229,8 +228,7 @@ def test_case_file(tmp_path):
         priors={THICK: Normal(1e-6, 5e-8), "contact": Normal(0.0, 2e-8)},
     )
     np.testing.assert_array_equal(plan.errors, direct.errors)
-    done = CliRunner().invoke(app, ["check", str(path)])
-    assert done.exit_code == 0, done.output
+    done = run("check", path, exits=0)
     assert "Planned   800 readings to a depth of 400 nm, noise 30 pN" in done.output
     assert re.search(r"Young's modulus of layer 1 +5 kPa +± [\d.]+ %: determined", done.output)
 
@@ -249,10 +247,7 @@ def test_posterior_on_the_command_line(tmp_path):
         comments="",
     )
     for target in ("corner.png", "draws.csv"):
-        done = CliRunner().invoke(
-            app, ["fit", str(tmp_path / "gel.csv"), str(path), "--posterior", str(tmp_path / target)]
-        )
-        assert done.exit_code == 0, done.output
+        done = run("fit", tmp_path / "gel.csv", path, "--posterior", tmp_path / target, exits=0)
         assert (tmp_path / target).stat().st_size > 0
         assert "500 draws" in done.output
     draws = np.genfromtxt(tmp_path / "draws.csv", delimiter=",", names=True)
@@ -275,8 +270,7 @@ def test_case_file_messages(tmp_path, old, new, message):
     assert old in CASE + KNOWN
     text = CASE + KNOWN.replace(old, new)
     if message is None:
-        done = CliRunner().invoke(app, ["check", str(_read(tmp_path, text)[0])])
-        assert done.exit_code == 2
+        done = run("check", _read(tmp_path, text)[0], exits=2)
         assert "noise = 0" in done.output
         return
     with pytest.raises(CaseError, match=message):

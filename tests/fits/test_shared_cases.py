@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from flatpunch.cli.app import app
 from flatpunch.fits import CurveError, fit, fit_batch, read_curve, unloading
 from flatpunch.fits.case import read_fit_case
 from flatpunch.indenters import Paraboloid
+from support.commands import run
 
 FITTED = {
     # folder and file: modulus [Pa] and its tolerance
@@ -99,8 +98,7 @@ def test_a_fall_of_the_force_is_said(cases, file, place):
 @pytest.mark.parametrize("path", FILMS)
 def test_moduli_of_films(cases, path):
     folder = path.partition("/")[0]
-    ran = CliRunner().invoke(app, ["fit-film", str(cases / path), str(cases / folder / "case.toml")])
-    assert ran.exit_code == 0, ran.output
+    ran = run("fit-film", cases / path, cases / folder / "case.toml", exits=0)
     found = float(ran.output.split("Young's modulus of layer 1")[1].split()[0])
     assert found == pytest.approx(FILMS[path], rel=0.005)
 
@@ -122,7 +120,7 @@ def test_refusals(cases, path, message):
 
 
 def test_deeper_than_the_layer(cases):
-    ran = CliRunner().invoke(app, ["solve", str(cases / "04_depth_beyond_layer" / "solve.toml")])
+    ran = run("solve", cases / "04_depth_beyond_layer" / "solve.toml")
     assert "It cannot get there" in " ".join(ran.output.split())
 
 
@@ -166,8 +164,7 @@ def test_an_exponent_on_its_limit(cases):
 
 def test_drift_in_air_is_no_cycle(cases):
     folder = cases / "36_drift_in_air_is_a_cycle"
-    ran = CliRunner().invoke(app, ["fit-film", str(folder), str(folder / "case.toml")])
-    assert ran.exit_code == 0, ran.output
+    ran = run("fit-film", folder, folder / "case.toml", exits=0)
     assert "lower =" not in ran.output
 
 

@@ -4,15 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from flatpunch.cli.app import app
 from flatpunch.contact import indent
 from flatpunch.files import CaseError, load
 from flatpunch.fits import Curve, CurveError, Measured, fit, fit_together, read_fit_case
 from flatpunch.fits.pictures import fit_figure
 from flatpunch.indenters import Cone, Paraboloid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, StandardLinearSolid
+from support.commands import run
 from support.synthetic_curves import synthetic
 
 YOUNG, THICKNESS = "layers[0].young", "layers[0].thickness"
@@ -222,10 +221,6 @@ def written(folder, text=CASE):
     return folder / "case.toml"
 
 
-def run(*arguments):
-    return CliRunner().invoke(app, [str(a) for a in arguments])
-
-
 def test_case_file_with_curves(tmp_path):
     case = written(tmp_path)
     loaded = read_fit_case(case)
@@ -234,8 +229,7 @@ def test_case_file_with_curves(tmp_path):
     checked = run("check", case)
     assert "thickness, from 1.2 µm, for each curve" in checked.output
     assert "Curves    one.csv" in checked.output
-    done = run("fit", case, "-o", tmp_path / "table.csv", "--plot", tmp_path / "fit.png")
-    assert done.exit_code == 0, done.output
+    done = run("fit", case, "-o", tmp_path / "table.csv", "--plot", tmp_path / "fit.png", exits=0)
     assert "2 curves, one sample" in done.output
     assert "thickness of layer 1 (two)" in done.output
     assert (tmp_path / "fit.png").stat().st_size > 10_000

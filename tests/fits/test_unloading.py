@@ -5,15 +5,14 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
-from flatpunch.cli.app import app
 from flatpunch.fits import Curve, CurveError, Tip, fit_film, read_curve, unloading, unloadings
 from flatpunch.fits.films.film import normalised_stiffness
 from flatpunch.fits.films.oliver_pharr import DIAMOND
 from flatpunch.fits.films.unloading import film_curves
 from flatpunch.fits.measured.cycles import load_cycles
 from flatpunch.media import HalfSpace, Layer, Medium
+from support.commands import run
 
 
 def _cycle(depth, force, stiffness, exponent=1.5, noise=0.0, seed=0):
@@ -137,8 +136,7 @@ def test_command_on_load_cycles(tmp_path, layout, left):
         "--plot",
         str(picture),
     ]
-    done = CliRunner().invoke(app, command)
-    assert done.exit_code == 0, done.output
+    done = run(*command, exits=0)
     points = list(csv.DictReader(out.read_text(encoding="utf-8").splitlines()))
     assert len(points) == 14
     found = float(re.search(r"Young's modulus of layer 1 +([\d.]+) GPa", done.output)[1])
@@ -156,13 +154,11 @@ def test_a_plastic_cycle_is_sent_to_the_command_for_films(tmp_path):
     rows = np.concatenate([[[h, 0.0] for h in np.linspace(-50e-9, 0, 100)], _cycles(1)[0]])
     (tmp_path / "cycle.csv").write_text(_text([rows]), encoding="utf-8")
     (tmp_path / "case.toml").write_text(FILM_CASE, encoding="utf-8")
-    done = CliRunner().invoke(app, ["fit", str(tmp_path / "cycle.csv"), str(tmp_path / "case.toml")])
-    assert done.exit_code == 2
+    done = run("fit", tmp_path / "cycle.csv", tmp_path / "case.toml", exits=2)
     assert "flatpunch fit-film" in done.output
     assert "the loading was plastic" in done.output
     # one cycle alone is too little for a film
-    done = CliRunner().invoke(app, ["fit-film", str(tmp_path / "cycle.csv"), str(tmp_path / "case.toml")])
-    assert done.exit_code == 2
+    done = run("fit-film", tmp_path / "cycle.csv", tmp_path / "case.toml", exits=2)
     assert "1 unloading found" in done.output
 
 
@@ -220,8 +216,7 @@ def test_many_plastic_cycles_are_sent_there_too(tmp_path, left):
     cone = FILM_CASE.replace('"berkovich"', '"cone"\ninclination = "19.7 deg"')
     (tmp_path / "cycles.csv").write_text(_text(_cycles(8, left)), encoding="utf-8")
     (tmp_path / "case.toml").write_text(cone, encoding="utf-8")
-    done = CliRunner().invoke(app, ["fit", str(tmp_path / "cycles.csv"), str(tmp_path / "case.toml")])
-    assert done.exit_code == 2
+    done = run("fit", tmp_path / "cycles.csv", tmp_path / "case.toml", exits=2)
     assert "flatpunch fit-film" in done.output
 
 
@@ -287,8 +282,7 @@ def test_a_folder_of_tests_is_one_sample(tmp_path):
         (folder / f"{i:03d}.txt").write_text("Depth (nm)\tLoad (mN)\n" + rows)
     (folder / "LICENSE").write_text("words")
     (tmp_path / "case.toml").write_text(FILM_CASE)
-    ran = CliRunner().invoke(app, ["fit-film", str(folder), str(tmp_path / "case.toml")])
-    assert ran.exit_code == 0, ran.output
+    ran = run("fit-film", folder, tmp_path / "case.toml", exits=0)
     assert f"tests: {len(CYCLES)} points" in ran.output
 
 

@@ -6,18 +6,18 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.cli.app import app
 from flatpunch.files.units import LENGTH, to_si
 from flatpunch.parallel import Folder
 from flatpunch.sweeps import picture, save_table, study, table
+from support import commands
 from support.platforms import SIGNALS
 
 CASE = """
@@ -43,8 +43,7 @@ def case(tmp_path):
     return path
 
 
-def run(*arguments):
-    return CliRunner().invoke(app, [str(a) for a in arguments], env={"COLUMNS": "120", "NO_COLOR": "1"})
+run = partial(commands.run, columns=120)
 
 
 def test_ranges_may_be_in_the_case_file(case):
@@ -53,8 +52,7 @@ def test_ranges_may_be_in_the_case_file(case):
     inside = fp.sweep(case, workers=1)
     case.write_text(CASE, encoding="utf-8")
     xr.testing.assert_identical(inside.drop_attrs(), fp.sweep(case, wanted, workers=1).drop_attrs())
-    missing = run("sweep", case)
-    assert missing.exit_code == 2
+    missing = run("sweep", case, exits=2)
     assert "[vary]" in missing.output
 
 
@@ -192,8 +190,7 @@ def test_more_values_solve_only_the_new_ones(case, tmp_path):
 def test_the_command(case, tmp_path):
     nc, png = tmp_path / "study.nc", tmp_path / "study.png"
     command = ["sweep", case, "--vary", "indenter.radius=0.2um,1um,2um", "--vary", "layers.0.bonded=true,false"]
-    done = run(*command, "-o", nc, "--plot", png)
-    assert done.exit_code == 0, done.output
+    done = run(*command, "-o", nc, "--plot", png, exits=0)
     assert "force [nN] at depth 400 nm" in done.output
     assert "6 points, 2 failed." in done.output
     assert "Failed at indenter.radius = 200 nm, layers.0.bonded = true: depth" in done.output
@@ -228,11 +225,9 @@ def test_the_command_refuses(case, tmp_path):
         ([*good, "--step", 2], "step = 2 is not in this study"),
         ([*good, "--scheduler", "nonsense://x"], "does not answer"),
     ]:
-        done = run(*arguments)
-        assert done.exit_code == 2, done.output
+        done = run(*arguments, exits=2)
         assert words in done.output.replace("\n", " "), done.output
-    everything_fails = run("sweep", case, "--vary", "indenter.radius=0.1um,0.2um", "-o", tmp_path / "bad.nc")
-    assert everything_fails.exit_code == 1
+    everything_fails = run("sweep", case, "--vary", "indenter.radius=0.1um,0.2um", "-o", tmp_path / "bad.nc", exits=1)
     assert "2 points, 2 failed." in everything_fails.output
     kept = fp.load(tmp_path / "bad.nc")
     assert (kept["status"] == "failed").all()
@@ -287,8 +282,7 @@ def test_table_for_spreadsheets(case, tmp_path):
     command = ["sweep", case, "--vary", f"{RADIUS}=1um,2um", "--csv"]
     assert run(*command, csv).exit_code == 0
     assert csv.read_text(encoding="utf-8").startswith("indenter.radius [m],step,depth [m],force [N]")
-    refused = run(*command, tmp_path / "study.xlsx")
-    assert refused.exit_code == 2
+    refused = run(*command, tmp_path / "study.xlsx", exits=2)
     assert "--csv" in refused.output
     assert "must be .csv" in refused.output
 

@@ -254,7 +254,7 @@ def _first(problem: Problem, objective: Target | LargestLoad, limits: list[Limit
 
 def _effect(problem: Problem, objective: LargestLoad, u: Array, i: int) -> float:
     """Change of the logarithm of the load over a tenth of the range of one number."""
-    low, high = (problem.variables.internal(each) for each in (problem.variables.low, problem.variables.high))
+    low, high = problem.variables.ranges
     moved = u.copy()
     moved[i] += 0.1 * (high[i] - low[i]) * (1 if u[i] < (low[i] + high[i]) / 2 else -1)
     return abs(problem.load(moved, objective) - problem.load(u, objective))
@@ -312,7 +312,7 @@ def _result(
 
 
 def _table(spread: Variables, u: Array) -> tuple[DesignedValue, ...]:
-    low, high = spread.internal(spread.low), spread.internal(spread.high)
+    low, high = spread.ranges
     near = ROUNDING * (high - low)
     found = spread.external(u)
     rows = []
@@ -357,7 +357,7 @@ def _unmet(problem: Problem, target: Target, limits: list[Limit], best: End, val
 
 
 def _undetermined(spread: Variables, slope: Array) -> list[str]:
-    strength = np.linalg.svd(slope * (spread.internal(spread.high) - spread.internal(spread.low)), compute_uv=False)
+    strength = np.linalg.svd(slope * np.diff(spread.ranges, axis=0)[0], compute_uv=False)
     rank = int(np.count_nonzero(strength > ROUNDING * strength[0]))
     if rank >= len(spread.names):
         return []
@@ -376,9 +376,8 @@ def _minimum(objective: Target | LargestLoad, end: End, spread: Variables) -> Mi
 def _minima(objective: Target | LargestLoad, ends: list[End], minima: list[End]) -> list[str]:
     if len(minima) < 2:
         return []
-    tolerance = ALIKE
-    equal = [end for end in minima if end.cost <= ends[0].cost + tolerance]
-    worse = len(ends) - sum(end.cost <= ends[0].cost + tolerance for end in ends)
+    equal = [end for end in minima if end.cost <= ends[0].cost + ALIKE]
+    worse = len(ends) - sum(end.cost <= ends[0].cost + ALIKE for end in ends)
     notes = []
     if len(equal) > 1:
         notes.append(f"{len(equal)} different designs, found from {len(ends)} starts, are equally good; see `minima`.")

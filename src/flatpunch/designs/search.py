@@ -143,7 +143,7 @@ def starts(problem: Problem, count: int) -> list[Array]:
     first = variables.internal(variables.start)
     if count == 1:
         return [first]
-    low, high = variables.internal(variables.low), variables.internal(variables.high)
+    low, high = variables.ranges
     sampler = scipy.stats.qmc.LatinHypercube(d=first.size, seed=0)
     return [first, *(low + sampler.random(count - 1) * (high - low))]
 
@@ -170,7 +170,7 @@ def search(
 
 def different(problem: Problem, ends: list[End]) -> list[End]:
     """Ends that differ from each other, the best of each."""
-    width = np.diff(_ranges(problem), axis=0)[0]
+    width = np.diff(problem.variables.ranges, axis=0)[0]
     kept: list[End] = []
     for end in ends:
         if all(np.abs((end.u - other.u) / width).max() > ALIKE for other in kept):
@@ -189,24 +189,14 @@ def reachable(problem: Problem, target: Target, i: int, u: Array) -> tuple[float
             return sign * float(residual[0]), sign * slope[0]
 
         result = scipy.optimize.minimize(
-            cost, u, jac=True, method="L-BFGS-B", bounds=_ranges(problem).T, options={"maxiter": _STEPS}
+            cost, u, jac=True, method="L-BFGS-B", bounds=problem.variables.ranges.T, options={"maxiter": _STEPS}
         )
         ends.append(float(target.value[i] * np.exp(sign * result.fun)))
     return min(ends), max(ends)
 
 
-def _ranges(problem: Problem) -> Array:
-    """Bounds of u, shape (2, n)."""
-    variables = problem.variables
-    return np.stack([variables.internal(variables.low), variables.internal(variables.high)])
-
-
-def _inside(problem: Problem, u: Array) -> Array:
-    return np.clip(u, *_ranges(problem))
-
-
 def _least_squares(problem: Problem, aim: Target, u: Array) -> Array:
-    low, high = _ranges(problem)
+    low, high = problem.variables.ranges
     # the method wants a start inside the bounds
     inside = np.clip(u, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
 
@@ -232,7 +222,7 @@ class _Met(Exception):
 
 
 def _trusted(problem: Problem, aim: Target, residuals: Callable[[Array], Array], inside: Array) -> Array:
-    low, high = _ranges(problem)
+    low, high = problem.variables.ranges
     result = scipy.optimize.least_squares(
         residuals,
         inside,
@@ -249,14 +239,14 @@ def _trusted(problem: Problem, aim: Target, residuals: Callable[[Array], Array],
 
 def _polished(problem: Problem, aim: Target, u: Array) -> Array:
     """Entries that ended beside a bound are put on it where that is no worse: the interior method never reaches it."""
-    low, high = _ranges(problem)
+    low, high = problem.variables.ranges
     near = 1e-3 * (high - low)
     moved = np.where(u - low < near, low, np.where(high - u < near, high, u))
     return moved if _cost(problem, aim, moved) <= _cost(problem, aim, u) * (1 + 1e-9) else u
 
 
 def _with_limits(problem: Problem, aim: Target, limits: list[Limit], u: Array) -> Array:
-    low, high = _ranges(problem)
+    low, high = problem.variables.ranges
     width = high - low
 
     def cost(x: Array) -> tuple[float, Array]:
@@ -284,7 +274,7 @@ def _with_limits(problem: Problem, aim: Target, limits: list[Limit], u: Array) -
 
 def _by_loads(problem: Problem, aim: LargestLoad, limits: list[Limit], u: Array) -> Array:
     """The load has kinks where another failure comes first, so no derivatives are used."""
-    low, high = _ranges(problem)
+    low, high = problem.variables.ranges
     width = high - low
     constraints = [
         scipy.optimize.NonlinearConstraint(_scaled_margins(problem, limit, low, width), 0.0, np.inf) for limit in limits

@@ -10,6 +10,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -58,6 +59,11 @@ class Variables:
     def internal(self, value: Array) -> Array:
         """u of values."""
         return np.where(self.logarithmic, np.log(np.where(self.logarithmic, value, 1.0)), value)
+
+    @cached_property
+    def ranges(self) -> Array:
+        """Bounds of u, shape (2, n)."""
+        return np.stack([self.internal(self.low), self.internal(self.high)])
 
     def external(self, u: Array) -> Array:
         """Values of u, never beyond the bounds by rounding."""

@@ -157,10 +157,10 @@ def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Se
     setup, found = searched(setup, curve.name, free, setup.settings)
     while setup.again is not None and (narrower := setup.again(found.x)) is not None:
         setup, found = searched(narrower, curve.name, free, setup.settings)
-    return result_of(curve, model, free, setup, found)
+    return result_of(curve, model, setup, found)
 
 
-def result_of(curve: Curve, model: Model, free: Mapping[str, Free], setup: Setup, found: Minimum) -> FitResult:
+def result_of(curve: Curve, model: Model, setup: Setup, found: Minimum) -> FitResult:
     """Result of a fit from its minimum: values, intervals and notes."""
     if model.adhesive:
         follows(setup, found, curve.name)

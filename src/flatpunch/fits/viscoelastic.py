@@ -31,6 +31,7 @@ from flatpunch.fits.least_squares.minimum import differences, tried
 from flatpunch.fits.least_squares.problem import Setup, contact_ends, enough, with_nuisance
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.cycles import levelled, smoothed, turns
+from flatpunch.fits.measured.orientation import FALLS
 from flatpunch.fits.measured.signal import SHARE, spread_of
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import FitMethod, Settings
@@ -235,7 +236,7 @@ def history_setup(curve: Curve, model: HistoryModel, limits: tuple[Array, Array]
     found, contact = made.found, made.contact
     turned, notes = found.turned, found.notes
     if made.upright < 0:
-        notes += ("The force falls while the tip presses; it was taken with its sign turned (positive when pressing).",)
+        notes += (FALLS,)
     part, more = _without_adhesion(made, settings)
     tilted = settings.baseline == "auto" and made.fit.noise.background.tilt
     if settings.baseline == "auto":

@@ -19,6 +19,7 @@ from flatpunch._support.paths import Plain
 from flatpunch.bem.height import IndenterHeight
 from flatpunch.bem.solution import reaches_end
 from flatpunch.compliances import Kernel
+from flatpunch.compliances.layered import SATURATION
 from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.methods import BoundaryElements
 from flatpunch.indenters.geometry.features import beside_flat_end
@@ -26,6 +27,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media.paths import with_values
 from flatpunch.punch.wavenumbers import composite_gauss, panel_edges
 from flatpunch.sensitivities.parameters import Parameter, difference
+from flatpunch.sensitivities.round import first_panel
 from flatpunch.sensitivities.spectrum import Spectrum
 
 
@@ -88,12 +90,12 @@ def spectrum_of_cells(kernel: Kernel, contact: CellContact, reach: float | None 
     if not kernel.graded:
         # wavenumber times the length of a homogeneous surface layer at which integrals end: exp(-24) of the layers' response is
         # left
-        felt = 0.0 if kernel.homogeneous else kernel.cutoff * a / kernel.length * 12.0 / 25
+        felt = 0.0 if kernel.homogeneous else kernel.cutoff * a / kernel.length * 12.0 / SATURATION
         last = min(last, max(4.0, felt, reach or 0.0))
     first = 0
     if not kernel.homogeneous:
         floor = kernel.series.floor if kernel.series is not None else kernel.floor
-        first = min(0, int(np.floor(np.log(floor * a / kernel.length) / np.log(4))))
+        first = first_panel(floor * a / kernel.length)
     x, w = composite_gauss(panel_edges(first, last))
     k = x / a
     mean = np.empty(k.size)

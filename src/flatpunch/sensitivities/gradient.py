@@ -154,16 +154,6 @@ class Gradient:
         """Change of the contact radius at fixed force."""
         return np.asarray(self.radius + self.depth / self.contact.growth)
 
-    @property
-    def depth_at_radius(self) -> Array:
-        """Change of the depth at fixed contact radius."""
-        return np.asarray(-self.radius * self.contact.growth)
-
-    @property
-    def force_at_radius(self) -> Array:
-        """Change of the force at fixed contact radius."""
-        return np.asarray(self.force + self.contact.stiffness * self.depth_at_radius)
-
 
 def gradients(
     medium: Body, indenter: Indenter, control: Control, method: Method, wanted: list[Parameter]
@@ -208,7 +198,7 @@ def _of_disc(
     rest = [each for each in wanted if each.body >= 0]
     spectrum: Callable[[float | None], Spectrum] | None = None
     if has_power_law(medium):
-        by_constants = _by_power_law(medium, kernel, tip, contact, rest)
+        by_constants = _by_power_law(medium, tip, contact, rest)
     else:
         spectrum = partial(discs.spectrum_of, kernel, tip, contact)
         by_constants = by_medium(medium, kernel, spectrum(None), rest) if rest else np.empty((3, 0))
@@ -258,9 +248,7 @@ def has_power_law(medium: Body) -> bool:
     return medium.power_law is not None
 
 
-def _by_power_law(
-    medium: Body, kernel: Kernel, tip: Indenter, contact: discs.Contact, wanted: list[Parameter]
-) -> Array:
+def _by_power_law(medium: Body, tip: Indenter, contact: discs.Contact, wanted: list[Parameter]) -> Array:
     """Derivatives of F at fixed depth, K and d at fixed radius, of closed forms."""
     found = np.empty((3, len(wanted)))
     for column, parameter in enumerate(wanted):

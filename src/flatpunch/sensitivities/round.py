@@ -122,7 +122,7 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
         beta = a / kernel.length
         responses = solve_round(kernel, np.array([beta]), sufficient_terms(kernel, beta))
         flat, edge = responses.flat[0], responses.edge[0]
-        first = _first_panel(kernel.floor * beta)
+        first = first_panel(kernel.floor * beta)
     table = bessel_table(0, flat.size, first, _rounded_up(max(4.0, reach)))
     root = np.sqrt(table.w)
     punch = modulus * a * (flat @ table.j)
@@ -134,7 +134,7 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
     return _Waves(table.x, *((each * root)[None] for each in (load, punch, functional)))
 
 
-def _first_panel(floor: float) -> int:
+def first_panel(floor: float) -> int:
     """Power of four at which panels over x begin."""
     return min(0, int(np.floor(np.log(floor) / np.log(4))))
 
@@ -167,7 +167,7 @@ def _waves_of_series(kernel: Kernel, indenter: Indenter, contact: Contact) -> _W
         floor, last, growth = kernel.series.floor, 1e4 * end, 2.0
     else:
         floor, last, growth = kernel.floor, kernel.cutoff * beta, 1.0
-    near = panel_edges(_first_panel(floor * beta), min(end, max(last, 4.0)))
+    near = panel_edges(first_panel(floor * beta), min(end, max(last, 4.0)))
     # products oscillate twice as fast as the pressures: the nodes of a panel leave 1e-15 on a length of 8
     edges = [*np.union1d(near, np.arange(128.0, near[-1], 8.0))]
     while edges[-1] < last:

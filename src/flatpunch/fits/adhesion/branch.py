@@ -29,7 +29,7 @@ from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.fits.elastic.table import DECADES, STEP, Piecewise, Table
+from flatpunch.fits.elastic.table import STEP, Piecewise, Table
 from flatpunch.fits.parameters.scaling import Coordinate, Scaling
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -254,8 +254,8 @@ class StableBranch:
                 break
             top += 4 * STEP
         self.top = top
-        # as many decades of radius as a table has of depth, over which pull-off is looked for
-        x = np.append(np.arange(top - DECADES * np.log(10), top - STEP / 2, STEP), top)
+        # six decades, over which pull-off is looked for: to a millionth of the depth at the border of a flat end
+        x = np.append(np.arange(top - 6 * np.log(10), top - STEP / 2, STEP), top)
         _, rising = self._depths(x)
         below = np.flatnonzero(rising <= 0)
         self.fold = float(x[0])

@@ -19,11 +19,11 @@ from flatpunch._support.prefixes import text
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.judge.background import Background, likeliest
 from flatpunch.fits.least_squares.drag import with_speed
-from flatpunch.fits.least_squares.minimum import ROUGH, minimise, tried
+from flatpunch.fits.least_squares.minimum import RATIOS, ROUGH, minimise, tried
 from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.least_squares.problem import Setup, contact_ends, enough, with_nuisance
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fits.measured.orientation import Approach, approach_of
+from flatpunch.fits.measured.orientation import FALLS, Approach, approach_of
 from flatpunch.fits.measured.signal import CLEAR, NODES, converter_step, scatter, white_noise
 from flatpunch.fits.parameters.sample import WORK
 from flatpunch.fits.parameters.settings import Settings
@@ -37,8 +37,6 @@ _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
 _PINNED = "The contact line is pinned"
-_RATIOS = 9
-"""Works of adhesion or moduli of a scan, over a decade either way of the first guess; more cost time only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,8 +109,7 @@ def _oriented(found: Approach, settings: Settings) -> tuple[Approach, tuple[str,
     deepest = float(np.median(force[np.argsort(curve.position)[-max(force.size // 200, 3) :]]))
     # pressed and pulled the other way round
     if deepest < -CLEAR * noise and force.max() > CLEAR * noise and force.max() < -force.min():
-        note = "The force falls while the tip presses; it was taken with its sign turned (positive when pressing)."
-        return found.signed(-1.0), (*found.notes, note)
+        return found.signed(-1.0), (*found.notes, FALLS)
     return found, found.notes
 
 
@@ -354,7 +351,7 @@ def _start(objective: Objective, lower: Array, upper: Array, between: tuple[floa
         return rows
 
     theta = _matched(model, (moduli, works), depth - np.mean(between), (coarse.force - _free_force(coarse))[loaded])
-    thetas = np.repeat(theta[None], _RATIOS if works or moduli else 1, axis=0)
+    thetas = np.repeat(theta[None], RATIOS if works or moduli else 1, axis=0)
     thetas[:, works or moduli] += np.log(10) * np.linspace(-1, 1, len(thetas))[:, None]
     found = tried(coarse, thetas, between, force, [*moduli, *works] if works and moduli else ())
     # the best few, of different ratios where there are some: the valley has more than one end
@@ -369,7 +366,7 @@ def _free_force(objective: Objective) -> Array:
         return np.zeros_like(objective.force)
     assert objective.loaded is not None
     free = np.setdiff1d(np.arange(objective.force.size), objective.loaded)
-    columns = np.array([objective.column(n, objective.held, objective.position, objective.speed) for n in fitted])
+    columns = np.array([objective.column(n) for n in fitted])
     return np.asarray(objective.force[free] @ np.linalg.pinv(columns[:, free], rcond=1e-9) @ columns)
 
 

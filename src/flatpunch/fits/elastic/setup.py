@@ -18,7 +18,7 @@ from flatpunch.fits.least_squares.objective import Objective, blocked
 from flatpunch.fits.least_squares.problem import Setup, cut, enough, with_nuisance
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fits.measured.cycles import refuse_plastic
-from flatpunch.fits.measured.orientation import Approach, approaches, leap_note
+from flatpunch.fits.measured.orientation import FALLS, Approach, approaches, leap_note
 from flatpunch.fits.measured.signal import IN_CONTACT, SHARE, converter_step, strays, thinned, white_noise
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Frame, frame_of
@@ -250,14 +250,12 @@ def _setup(
     fit, found, part, record = made.fit, made.found, made.part, made.fit.record
     notes = [*found.notes, *leap_note(found.whole)]
     if made.upright < 0:
-        notes.append(
-            "The force falls while the tip presses; it was taken with its sign turned (positive when pressing)."
-        )
+        notes.append(FALLS)
     if count := int(made.out.sum()):
         notes.append(f"{count} reading{'s jump' if count > 1 else ' jumps'} away and back: left out.")
     moduli = [float(np.exp(fit.x[j])) for j in record.moduli]
     _check_moduli(part, model, moduli)
-    notes += refuse_plastic(part, found, made.over, made.contact, max(moduli, default=0.0))
+    notes += refuse_plastic(part, found, made.over, max(moduli, default=0.0))
     # readings in the range
     place = np.flatnonzero(~made.out)
     last = int(place[record.edges[fit.end] - 1]) + 1
@@ -271,7 +269,7 @@ def _setup(
         notes.append(
             f"{left} reading{'s' if left > 1 else ''} far off the fitted force {'are' if left > 1 else 'is'} left out."
         )
-    notes += about_range(fit, part, last, found.turned, settings)
+    notes += about_range(fit, part, last, found.turned)
     notes += about_background(fit)
     shown, tilt = part.taken(slice(0, last)), fit.noise.background.tilt
     chosen = settings if settings.baseline != "auto" else replace(settings, baseline="linear" if tilt else "constant")

@@ -28,7 +28,7 @@ STEP = np.log(10) / PER_DECADE
 _DEGREE = 5
 """Degree of the splines in ln delta; cubic ones leave 4e-7 of the largest force, where these leave 1e-9."""
 
-DECADES = 5
+_DECADES = 5
 """Decades of depth in a table, below which the power law of its end goes on; with three, 1e-8 of the largest force is left."""
 
 _MARGIN = 4
@@ -66,20 +66,25 @@ class Piecewise:
 
     def at(self, log_depth: Array) -> tuple[Array, Array, Array]:
         """Value and slope of ln phi, shape (n,), and its derivatives by the coordinates, shape (coordinates, n)."""
-        count = self.coefficients.shape[2]
-        position = (log_depth - self.start) / STEP
-        index = np.clip(position.astype(np.intp), 0, count - 1)
-        t = position - index
-        inside = np.clip(t, 0.0, 1.0)
+        index, inside, beyond = _places(self.start, self.coefficients.shape[2], log_depth)
         value, slope = _horner(self.coefficients[0], index, inside, derivative=True)
-        value += slope * (t - inside)
+        value += slope * beyond
         others = np.empty((self.coefficients.shape[0] - 1, log_depth.size))
         for i, coefficients in enumerate(self.coefficients[1:]):
             others[i] = _horner(coefficients, index, inside, derivative=False)[0]
         return value, slope / STEP, others
 
 
-def _horner(coefficients: Array, index: Array, t: Array, *, derivative: bool) -> tuple[Array, Array]:
+def _places(start: float, count: int, log_depth: Array) -> tuple[Indices, Array, Array]:
+    """Interval of each place, the position within it, and how far beyond the ends of all it is."""
+    position = (log_depth - start) / STEP
+    index = np.clip(position.astype(np.intp), 0, count - 1)
+    t = position - index
+    inside = np.clip(t, 0.0, 1.0)
+    return index, inside, t - inside
+
+
+def _horner(coefficients: Array, index: Indices, t: Array, *, derivative: bool) -> tuple[Array, Array]:
     value = coefficients[0].take(index)
     slope = np.zeros_like(t)
     for row in coefficients[1:]:
@@ -94,20 +99,9 @@ def _horner(coefficients: Array, index: Array, t: Array, *, derivative: bool) ->
 def at_pieces(start: float, coefficients: Array, log_depth: Array) -> tuple[Array, Array]:
     """Value and slope of piecewise polynomials, one for each row: shape (6, rows, intervals) at places (rows, n)."""
     rows, count = coefficients.shape[1:]
-    position = (log_depth - start) / STEP
-    index = np.clip(position.astype(np.intp), 0, count - 1)
-    t = position - index
-    inside = np.clip(t, 0.0, 1.0)
-    index += count * np.arange(rows)[:, None]
-    value = coefficients[0].take(index)
-    slope = np.zeros_like(inside)
-    for row in coefficients[1:]:
-        slope *= inside
-        slope += value
-        value *= inside
-        value += row.take(index)
-    value += slope * (t - inside)
-    return value, slope / STEP
+    index, inside, beyond = _places(start, count, log_depth)
+    value, slope = _horner(coefficients, index + count * np.arange(rows)[:, None], inside, derivative=True)
+    return value + slope * beyond, slope / STEP
 
 
 @dataclass(eq=False)
@@ -129,7 +123,7 @@ class Table:
     solve: Solve
     coordinates: Sequence[Coordinate]
     limit: Callable[[tuple[float, ...]], float]
-    decades: int = DECADES
+    decades: int = _DECADES
     _window: Window = (0, -1)
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
     _pieces: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)

@@ -27,6 +27,7 @@ from flatpunch.fits.films.unloading import least_squares_fit
 from flatpunch.fits.half_space import published
 from flatpunch.fits.half_space.correction import punch_modulus
 from flatpunch.fits.half_space.formulas import equivalents, layer_on_top
+from flatpunch.fits.least_squares.minimum import RATIOS
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
 from flatpunch.fits.parameters.sample import BESIDE, FRAME, IMPRINT, Scale, check_names, ends, numbers_in
@@ -43,8 +44,6 @@ _THINNEST = 1e-3
 """Least thickness of a film that the tip has gone through, over that of the film: thin, not absent."""
 _HALF = 0.5
 """Where the search of `imprint` starts."""
-_AROUND = 10.0
-"""Largest factor of the grid on which the search of a published formula begins."""
 _DRIFTS = 0.5
 """Correlation of neighbouring residuals above which they are no scatter."""
 
@@ -356,7 +355,7 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple
     laws = {name: partial(law, points.radius / t) for name, law in equivalents(fitted).items()}
     laws |= {name: partial(published.king, x, substrate=base.surface_modulus) for name, x in kings.items()}
     results = {}
-    factors = np.log(np.geomspace(1 / _AROUND, _AROUND, 9))
+    factors = np.log(np.geomspace(0.1, 10, RATIOS))
     for name, law in laws.items():
 
         def residual(x: Array, law: Callable[..., Array] = law) -> Array:

@@ -73,7 +73,7 @@ class Unloading:
     notes: tuple[str, ...] = ()
 
 
-def unloading(curve: Curve, *, upper: float = 0.98, lower: float = 0.5) -> Unloading:
+def unloading(curve: Curve, *, upper: float = HELD, lower: float = 0.5) -> Unloading:
     """Fit the unloading of a load cycle.
 
     Parameters
@@ -171,7 +171,7 @@ def least_squares_fit(
     return found, covariance(found.normal, ~found.at_bound, found.cost / max(count - start.size, 1))[0]
 
 
-def unloadings(curves: Iterable[Curve], *, upper: float = 0.98, lower: float = 0.5, name: str = "unloadings") -> Curve:
+def unloadings(curves: Iterable[Curve], *, upper: float = HELD, lower: float = 0.5, name: str = "unloadings") -> Curve:
     """One point (depth, force, stiffness) for each of many load cycles, for `fit_film`.
 
     Parameters
@@ -331,9 +331,6 @@ def read_nanoindentation(path: str | Path, test: str) -> Curve:
     >>> sheet.append(["Displacement (nm)", "Load (mN)", "Harmonic stiffness (N/m)"])
     >>> for h in range(1, 101):
     ...     sheet.append([10 * h, 1e-3 * h**2, 200 * h])
-    >>> results = book.create_sheet("Results")
-    >>> results.append(["Area Coefficient 1", "Area Coefficient 2"])
-    >>> results.append([24.5, 500.0])
     >>> book.save("tests.xlsx")
     >>> from flatpunch.fits import read_nanoindentation
     >>> curve = read_nanoindentation("tests.xlsx", "Test 001")
@@ -365,14 +362,8 @@ def tip_in_workbook(path: str | Path, **rest: Any) -> Tip:
     --------
     >>> from openpyxl import Workbook
     >>> book = Workbook()
-    >>> sheet = book.active
-    >>> sheet.title = "Test 001"
-    >>> sheet.append(["Displacement (nm)", "Load (mN)", "Harmonic stiffness (N/m)"])
-    >>> for h in range(1, 101):
-    ...     sheet.append([10 * h, 1e-3 * h**2, 200 * h])
-    >>> results = book.create_sheet("Results")
-    >>> results.append(["Area Coefficient 1", "Area Coefficient 2"])
-    >>> results.append([24.5, 500.0])
+    >>> book.active.append(["Area Coefficient 1", "Area Coefficient 2"])
+    >>> book.active.append([24.5, 500.0])
     >>> book.save("tests.xlsx")
     >>> from flatpunch.fits import tip_in_workbook
     >>> print(f"{float(tip_in_workbook('tests.xlsx').area(np.array(100e-9))) * 1e12:.3f} um^2")

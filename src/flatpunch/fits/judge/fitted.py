@@ -382,6 +382,6 @@ def _without(objective: Objective, white: Array, end: int, x: Array) -> float:
     fixed = rest["baseline"] if "baseline" not in terms else 0.0
     data = part.whitened((part.force - fixed) / part.frame.span)
     if terms:
-        columns = part.whitened(np.array([part.column(n, rest, part.position, part.speed) for n in terms])).T
+        columns = part.whitened(np.array([part.column(n) for n in terms])).T
         data = data - columns @ np.linalg.lstsq(columns, data, rcond=None)[0]
     return float(data @ data)

@@ -240,7 +240,7 @@ _CAUSES = {
 """Usual causes of a step or a bend of the force below or above the model."""
 
 
-def about_range(fit: Fit, part: Curve, last: int, turned: float, settings: Settings) -> list[str]:
+def about_range(fit: Fit, part: Curve, last: int, turned: float) -> list[str]:
     """Where the fitted range ends and why, and what departs within it."""
     notes = []
     if (found := fit.departure) is not None and last < part.depth.size:

@@ -24,6 +24,8 @@ from flatpunch.fits.parameters.unknowns import Unknowns
 
 CONTACTS = 24
 """Contact points that are tried."""
+RATIOS = 9
+"""Values of a ratio that are tried, over a decade either way of the first guess; more cost time only."""
 
 
 def tried(
@@ -56,7 +58,7 @@ def tried(
     contacts = (
         np.linspace(*between, CONTACTS if between[0] < between[1] else 1) if free else np.array([held["contact"]])
     )
-    columns = [objective.column(name, held, place, objective.speed) for name in linear]
+    columns = [objective.column(name) for name in linear]
     known = (level if "baseline" in linear else held["baseline"]) + objective.background(held, place, objective.speed)
     data = (objective.force - known) / span
     root, found = np.sqrt(1.0 if objective.counts is None else objective.counts), []

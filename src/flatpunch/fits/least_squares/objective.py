@@ -26,6 +26,9 @@ from flatpunch._support.checks import TINY, Array, Indices
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.parameters.unknowns import Unknowns
 
+NEWTON = 8
+"""Turns of Newton's method for the force behind a cantilever at most; two are usual."""
+
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Objective(Unknowns):
@@ -64,7 +67,7 @@ class Objective(Unknowns):
             if name == "contact":
                 jacobian[j, block] = stiffness * (-width / span)
             else:
-                jacobian[j] = self.column(name, rest, self.position, self.speed)
+                jacobian[j] = self.column(name)
         if self.spring is not None:
             give = self._give(stiffness)
             for j, name in enumerate(self.names):
@@ -93,8 +96,7 @@ class Objective(Unknowns):
         at = depth if spring is None else depth - residual / spring
         fresh = not residual.any()
         softest = () if self.softest is None else (self.softest,)
-        # turns of Newton's method behind a cantilever at most; two are usual
-        for turn in range(8):
+        for turn in range(NEWTON):
             block = _touching(at) if self.loaded is None else self.loaded
             force, stiffness, by_theta = self.model.evaluate(at[block], theta, *softest)
             miss = straight - residual

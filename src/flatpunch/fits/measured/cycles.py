@@ -239,13 +239,11 @@ def _from_zero(read: Array, over: Array) -> Array:
     return over - max(float(smoothed(over).min()), 0.0)
 
 
-def refuse_plastic(
-    part: Curve, found: Approach, over: Callable[[Curve], Array], contact: float, young: float
-) -> tuple[str, ...]:
+def refuse_plastic(part: Curve, found: Approach, over: Callable[[Curve], Array], young: float) -> tuple[str, ...]:
     """Load cycles that leave an imprint in a stiff body were plastic on loading; in soft ones that is one of the reasons noted.
 
-    `part` is the approach as it is fitted, `over` gives the force of a curve over its background, `contact` is the contact point
-    [m], `young` the largest modulus that is fitted [Pa].
+    `part` is the approach as it is fitted, `over` gives the force of a curve over its background, `young` is the largest
+    modulus that is fitted [Pa].
     """
     whole = found.whole
     left = imprint(replace(whole, force=_from_zero(whole.force, over(whole))))

@@ -28,6 +28,7 @@ _LEG = 0.5
 """Share of the longest leg from which a leg can be the approach."""
 _NOISE = 8.0
 """Noise levels of the position that are no turn: noise makes no longer way back in 1e5 readings."""
+FALLS = "The force falls while the tip presses; it was taken with its sign turned (positive when pressing)."
 _TURNED = "The depth falls while the tip approaches; it was taken with its sign turned (growing into the sample)."
 
 
@@ -129,7 +130,7 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
     chosen = [i for i, way in enumerate(ways) if abs(way) >= _LEG * longest and legs[i][1] - legs[i][0] >= FEWEST - 1]
     if back and len(chosen) == 1 and direction == "auto" and ways[chosen[0]] < 0:
         # the only way is the retract, and nothing comes before it
-        yield _found(curve, relative, 1.0, ends, [], chosen[0], "a single way, taken for a retract", notes)
+        yield _found(curve, relative, 1.0, [], chosen[0], "a single way, taken for a retract", notes)
         return
     if direction != "auto":
         sign = 1.0 if direction == "growing" else -1.0
@@ -150,16 +151,13 @@ def approaches(curve: Curve, direction: Direction = "auto", *, back: bool = Fals
         )
         before = sum(j < i and ways[j] * ways[i] > 0 for j in chosen)
         more = (f"The record has {several} loading cycles; cycle {1 + before} is fitted.",)
-        yield _found(
-            curve, relative, float(np.sign(ways[i])), ends, legs, i, why, (*notes, *(more if several > 1 else ()))
-        )
+        yield _found(curve, relative, float(np.sign(ways[i])), legs, i, why, (*notes, *(more if several > 1 else ())))
 
 
 def _found(
     curve: Curve,
     relative: float,
     sign: float,
-    ends: list[int],
     legs: list[tuple[int, int]],
     leg: int,
     why: str,

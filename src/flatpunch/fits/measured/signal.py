@@ -21,9 +21,7 @@ CALM = 5
 NODES = 300
 """Means of a record; more cost time only."""
 IN_CONTACT = 6
-"""Readings in contact, and beside a place where the force is compared."""
-_NEAR = 7
-"""Neighbours that judge the first and the last reading."""
+"""Readings in contact, beside a place where the force is compared, and next to the first and the last, which they judge."""
 _LONGEST = 24
 """Readings of a disturbance that may go away again, at most a twelfth of the record."""
 SHARE = 0.01
@@ -118,10 +116,10 @@ def strays(force: Array, noise: float) -> Flags:
     half = max(min(_LONGEST, n // (2 * IN_CONTACT)), 1)
     out = np.zeros(n, dtype=bool)
     force = force.copy()
-    i = np.arange(1, _NEAR + 1)
-    low, high = np.triu_indices(_NEAR, 1)
+    i = np.arange(1, IN_CONTACT + 1)
+    low, high = np.triu_indices(IN_CONTACT, 1)
     for end, last in ((slice(None), 0), (slice(None, None, -1), n - 1)):
-        near = force[end][1 : _NEAR + 1]
+        near = force[end][1 : IN_CONTACT + 1]
         slope = np.median((near[high] - near[low]) / (high - low))
         if abs(force[last] - np.median(near - slope * i)) > 2 * CLEAR * noise + 3 * np.ptp(near):
             out[last] = True

@@ -290,11 +290,10 @@ class Unknowns(ABC):
             result = result + rest["drag"] * speed
         return result
 
-    def column(self, name: str, rest: dict[str, float], position: Array, speed: Array | None) -> Array:
+    def column(self, name: str) -> Array:
         """Derivative of the background over an entry of x, over the force range."""
-        along = position - self.frame.first
         if name == "baseline":
-            return np.ones_like(position)
+            return np.ones_like(self.position)
         if name == "tilt":
-            return along / self.frame.way
-        return np.zeros_like(position) if speed is None else speed / self.frame.speed
+            return (self.position - self.frame.first) / self.frame.way
+        return np.zeros_like(self.position) if self.speed is None else self.speed / self.frame.speed

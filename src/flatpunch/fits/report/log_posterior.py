@@ -25,15 +25,12 @@ from flatpunch._support.checks import TINY, Array, Indices
 from flatpunch._support.declared import Place
 from flatpunch._support.paths import Plain
 from flatpunch.fits.elastic.model import ForwardModel
-from flatpunch.fits.least_squares.objective import Objective, blocked
+from flatpunch.fits.least_squares.objective import NEWTON, Objective, blocked
 from flatpunch.fits.least_squares.problem import Problem
 from flatpunch.fits.measured.signal import independent
 from flatpunch.fits.parameters.sample import CALIBRATION, Scale
 from flatpunch.fits.parameters.unknowns import Unknowns
 from flatpunch.fits.report.posterior import Prior
-
-_NEWTON = 8
-"""Newton steps at most for the force behind a cantilever."""
 
 
 def at_once(objective: object) -> TypeGuard[Objective]:
@@ -72,7 +69,7 @@ def _solved(objective: Objective, depth: Array, straight: Array, theta: Array, g
     if objective.spring is None:
         return found
     residual = found / (1 + stiffness * give / gain)
-    for _ in range(_NEWTON):
+    for _ in range(NEWTON):
         force, stiffness = forces(objective.model, depth - give * residual, theta)
         step = (straight + force / gain - residual) / (1 + stiffness * give / gain)
         residual = residual + step
