@@ -75,7 +75,7 @@ def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
         elif layer.varies:
             flexibility = carry_through_graded(layer, flexibility, k, scale)
         else:
-            states = states_below(layer, flexibility)
+            states = states_below(bool(layer.bonded), flexibility)
             flexibility = Sheet(Solid.of(layer, scale), layer.thickness, k, states).flexibility
     return flexibility
 

@@ -247,7 +247,7 @@ def _ends(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity) -> tu
 def _radius(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> float:
     if stretch is None:
         return case.indenter.reach
-    return float(radius_on(case.branch, stretch, quantity, np.array([value]), case.indenter.reach)[0])
+    return float(radius_on(case, stretch, quantity, np.array([value]))[0])
 
 
 def _state(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> tuple[Instability, float]:
@@ -305,6 +305,6 @@ def _sample(case: AdhesiveCase, quantity: Quantity, leg: _Leg, count: int) -> tu
         stiffness = case.branch.evaluate(radius[:1]).stiffness[0]
         size = case.branch.size(radius)
         return (wanted, stiffness * wanted, *size) if quantity == "depth" else (wanted / stiffness, wanted, *size)
-    radius = radius_on(case.branch, leg.stretch, quantity, wanted, case.indenter.reach)
+    radius = radius_on(case, leg.stretch, quantity, wanted)
     contact, size = case.branch.at(radius), case.branch.size(radius)
     return (wanted, contact.force, *size) if quantity == "depth" else (contact.depth, wanted, *size)

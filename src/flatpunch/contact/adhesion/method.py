@@ -147,7 +147,7 @@ def _radius(case: AdhesiveCase, control: Control) -> Array:
     if control.name == "radius":
         check_reach(case.indenter, control.values)
         return case.branch.base_radius(control.values)
-    return stable_radius(case.branch, case.stability, control.name, control.values, case.indenter.reach, case.pinned)
+    return stable_radius(case, control.name, control.values)
 
 
 def _answers(

@@ -14,7 +14,7 @@ import scipy
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch.compliances import Kernel
-from flatpunch.contact.curve import Control, Curve, Extra, first_failure
+from flatpunch.contact.curve import SUPERPOSED, Control, Curve, Extra, first_failure
 from flatpunch.contact.perturbation.error import estimates, first_order_error
 from flatpunch.contact.perturbation.first_order_outline import area, growth_factor, outline
 from flatpunch.contact.round.mean_profile import Evaluate, mean_contact, mean_profile
@@ -128,8 +128,7 @@ def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: fl
     r = edge[:, None] * np.sin(theta)
     field = superpose(kernel, history, r.ravel(), np.repeat(phi, theta.size)).reshape(r.shape)
     total = 2 * np.pi * weights @ (edge**2 * (field @ (np.pi / 4 * weight * np.sin(theta) * np.cos(theta))))
-    # relative difference between the integral of a pressure and the force that counts as agreement
-    if not abs(total / force - 1) <= 0.02:
+    if not abs(total / force - 1) <= SUPERPOSED:
         raise NoSuperposition(
             f"the superposed pressure adds up to {total:.4g} N where the force is {force:.4g} N: the outline changes too fast "
             "while the contact grows"
