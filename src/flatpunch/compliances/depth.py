@@ -191,13 +191,11 @@ def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: fl
 
 
 def _hidden(part: _Part, k: Array) -> Flags:
-    """Where the part hides what lies below it."""
     # a step is a share of the depth: the wave reaches neither where it does not cross the step
     return np.asarray(k * part.thickness * part.fast > (SATURATION if part.graded is None else _STEP * SATURATION))
 
 
 def _own_flexibility(plane: Plane[float], count: int) -> tuple[Array, Array]:
-    """Flexibility of a half-space: fields that decay with depth."""
     return np.repeat(flexibility_of(plane)[:, :, None], count, axis=2), np.full(
         count, -sqrt(plane.shear / plane.across)
     )
@@ -258,7 +256,6 @@ def _stepped(part: _Part, layer: AnyLayer, k: Array, scale: float) -> tuple[Arra
 
 
 def _times(matrix: Array, states: Array) -> Array:
-    """`matrix` (m, n) times states (n, ...)."""
     rest = states.shape[1:]
     return np.asarray((matrix @ states.reshape(len(states), math.prod(rest))).reshape(len(matrix), *rest))
 
@@ -307,7 +304,6 @@ def _sweep_down(
 
 
 def _in_base(base: Plane[float], k: Array, depth: Array, traction: Array, sideways: Array) -> tuple[Array, Array]:
-    """States in the base: the fields that decay."""
     solid, x = Solid(base), k[:, None] * np.maximum(depth, 0.0)
     rate, impedance = solid.sideways
     along = np.einsum("ijnz,jkn->iknz", solid.decaying(x), traction)

@@ -143,7 +143,7 @@ class PressureField:
 
 
 SUPERPOSED = 0.02
-"""Difference that counts of a superposed pressure to boundary elements (median, over the mean), or of its integral to the force."""
+"""Differences that count, of a superposed pressure to boundary elements (median over mean) and of its integral to the force."""
 
 
 def superposed(field: Array, cells: PressureField) -> PressureField:

@@ -191,7 +191,6 @@ def _stacks(medium: Body) -> Iterator[tuple[float, float]]:
 
 
 def _yield(curve: Curve) -> tuple[str, ...]:
-    """Whether the mean pressure is more than solids bear."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         share = curve.force / curve.area * 2 * curve.radius / curve.stiffness
     # the ideal strength

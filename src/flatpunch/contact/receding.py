@@ -236,12 +236,10 @@ def _curve(phi: Array, depth: Array, force: Array, radius: Array, stiffness: Arr
 
 
 def _half_space(radius: float, terms: int) -> Array:
-    """Diagonal of the matrix of a half-space."""
     return np.asarray(np.pi / (radius * (4 * np.arange(terms) + 1)))
 
 
 def _responses(x: Array) -> tuple[Array, Array]:
-    """L_s and L_a at x = k h/2 > 0."""
     y = 2 * x
     # sinh y - y by its series, where the difference would be rounding
     few = y**3 * np.polynomial.polynomial.polyval(y**2, [1 / factorial(2 * j + 3) for j in range(6)])

@@ -196,7 +196,6 @@ class PiecewiseChebyshev:
         return self._parts(x, self._spans(x))
 
     def _spans(self, x: Array) -> dict[tuple[float, float], Indices]:
-        """Spans that hold x, with the numbers of the points they hold."""
         if not x.size:
             return {}
         edges = self.edges(x)
@@ -251,7 +250,6 @@ class PiecewiseChebyshev:
         )
 
     def _places(self, low: float, high: float, count: int) -> Array:
-        """Nodes of a piece."""
         variable = self.variable(low, high)
         start, end = variable.of(np.array([low, high]))
         return variable.inverse((start + end) / 2 + (end - start) / 2 * unit_nodes(count))
@@ -289,7 +287,6 @@ def log_table(
 
 
 def _edges(low: float, high: float, end: float, kinks: Array) -> Array:
-    """Ends of the spans that hold ln a from `low` to `high`."""
     # spans per decade; half as many leave 1e-7 of smooth functions in the place of 1e-10
     step, narrowest = np.log(10) / 4, 1e-6
     # one of the even ends may be next to the reach, and make way for it below

@@ -202,7 +202,6 @@ def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
 
 
 def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Leg], list[_Leg], list[Jump]]:
-    """Legs of approach and withdrawal, and the jumps between them."""
     # inner stretches first; the flat end's own edge is outside them all
     stretches: list[Stretch | None] = [*case.stability.of(quantity)[::-1]]
     if case.pinned:
@@ -251,7 +250,6 @@ def _radius(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, val
 
 
 def _state(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> tuple[Instability, float]:
-    """State on a stretch at one value of the control, and its energy [J]."""
     radius = np.array([_radius(case, stretch, quantity, value)])
     contact, mean_radius = case.branch.at(radius), float(case.branch.size(radius)[0][0])
     if stretch is None:
@@ -298,7 +296,6 @@ def _columns(
 
 
 def _sample(case: AdhesiveCase, quantity: Quantity, leg: _Leg, count: int) -> tuple[Array, Array, Array, Array]:
-    """Depth, force, mean radius and area along a leg."""
     wanted = np.linspace(leg.start, leg.end, count)
     if leg.stretch is None:
         radius = np.full(count, case.indenter.reach)

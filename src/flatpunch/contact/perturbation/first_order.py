@@ -119,7 +119,6 @@ def round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Arra
 
 
 def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: float) -> None:
-    """Refuse a superposed pressure whose integral over the contact is not the force."""
     phi, weights = angular_rule(indenter)
     # Gauss points along each ray for the integral of a pressure: 1e-3 for pressures that are singular at the apex
     t, weight = gauss(10)
@@ -136,7 +135,6 @@ def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: fl
 
 
 def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, history: History) -> History:
-    """A history with the outline of (P17) at each radius."""
     x = log_radii(history.radius)
     contact = evaluate(np.exp(x))
     angles, weights = angular_rule(indenter)
@@ -169,6 +167,5 @@ def _power_outline(indenter: Indenter, growth: scipy.interpolate.BSpline) -> Out
 
 
 def _general_outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, x: Array) -> Outline:
-    """Spline of (P17) over ln a and the polar angle."""
     angles = np.linspace(-np.pi, np.pi, RAYS, endpoint=False)
     return spline_outline(x, outline(kernel, indenter, contact, angles) / contact.radius[:, None])

@@ -152,7 +152,6 @@ class GeneralExpansion:
         return Terms.of(values), Terms.of(slopes)
 
     def _columns(self, radius: Array) -> Array:
-        """All of `Terms` side by side, shape (n, outputs)."""
         base = round_contact(self.kernel, self.base, radius)
         size = max(1, AT_ONCE // (_POINTS * node_count(harmonic_size(self.kernel, self._beta(radius).max()))))
         parts = [

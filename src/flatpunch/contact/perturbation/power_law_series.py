@@ -104,7 +104,6 @@ class PowerExpansion:
         return np.where(x2 == 0, 0.0, shares.max(axis=0))
 
     def _force(self, values: Terms, slopes: Terms) -> tuple[Array, Array]:
-        """ln(F/F_base) and its derivative by ln a."""
         x2, x3, x4 = values.x2, values.x3, values.x4
         if self.order == "second":
             return np.clip(x2, -LARGEST_TERM, LARGEST_TERM), _where_kept(x2, slopes.x2)
@@ -135,7 +134,6 @@ def same_depth(kernel: Kernel, base: PowerProfile, other_base: PowerProfile, rad
 
 
 def _where_kept(logarithm: Array, growth: Array) -> Array:
-    """Derivative of a logarithm that is cut at `LARGEST_TERM`."""
     return np.where(np.abs(logarithm) < LARGEST_TERM, growth, 0.0)
 
 

@@ -102,7 +102,6 @@ def _bracket(
     resolved: float,
     near: bool,
 ) -> _Nodes:
-    """The curve on log-spaced radii, from below all targets to above."""
     step = 10 ** (1 / PER_DECADE)
     decade = np.asarray(step ** np.arange(PER_DECADE), dtype=float)
     # large radii cost most: there, about the guess alone
