@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, BadValue, Flags
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Curve, first_failure
 from flatpunch.contact.finite_strain.correction import overestimate
@@ -173,6 +173,17 @@ def deepest(medium: Body) -> float:
     """Depth [m] that no tip can reach: the thickness of layers on rigid bases, infinite for all other bodies."""
     depths = [thickness for thickness, softness in _stacks(medium) if softness == 0]
     return max(depths, default=float("inf"))
+
+
+def check_deepest(medium: Body, depth: float) -> None:
+    """Refuse a depth [m] that no tip can reach."""
+    if depth >= deepest(medium):
+        raise BadValue(
+            "depth",
+            text(depth, "m"),
+            f"is more than the {text(deepest(medium), 'm')} of the layers on their rigid base: no tip gets there. "
+            "Ask for less depth.",
+        )
 
 
 def _stacks(medium: Body) -> Iterator[tuple[float, float]]:

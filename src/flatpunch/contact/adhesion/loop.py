@@ -20,9 +20,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import Array, BadValue, positive, refused_overflow, whole
+from flatpunch._support.checks import Array, positive, refused_overflow, whole
 from flatpunch._support.paths import Plain
-from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -32,7 +31,7 @@ from flatpunch.contact.adhesion.pull_off import Instability, pull_off_of, tabor_
 from flatpunch.contact.adhesion.stability import Quantity, Stretch
 from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.contact.limits import deepest
+from flatpunch.contact.limits import check_deepest
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.numerics.gauss import gauss
@@ -131,13 +130,8 @@ def adhesion_loop(
     quantity: Quantity = "depth" if force is None else "force"
     most = positive(quantity, depth if force is None else force, unit=UNITS[quantity])
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
-    if quantity == "depth" and most >= deepest(medium):
-        raise BadValue(
-            "depth",
-            text(most, "m"),
-            f"is more than the {text(deepest(medium), 'm')} of the layers on their rigid base: no tip gets there. "
-            "Ask for less depth.",
-        )
+    if quantity == "depth":
+        check_deepest(medium, most)
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     approach, back, jumps = _path(case, quantity, most)
     attributes: Plain = {
