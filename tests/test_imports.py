@@ -26,8 +26,9 @@ _FLOORS = [
 
 _INSIDE = {
     "indenters": [
-        {"_common", "profile"},
-        {"geometry", "shape"},
+        {"_common"},
+        {"profile"},
+        {"geometry"},
         {"shapes", "measured"},
         {"worn"},
         {"__init__"},
@@ -67,11 +68,9 @@ _INSIDE = {
         {"__init__"},
     ],
     "app": [
-        {"limits", "saved", "store", "toml", "tables", "strengths"},
+        {"limits", "tables"},
         {"form"},
-        {"problems", "uploads", "tabs"},
-        {"plain"},
-        {"sketch"},
+        {"store", "tabs"},
         {"jobs"},
         {"workers"},
         {"page"},
@@ -89,8 +88,10 @@ _INSIDE = {
         {"models"},
         {"fitting", "half_space", "plan"},
         {"together"},
-        {"cases", "places"},
-        {"films", "batch", "case"},
+        {"places"},
+        {"films"},
+        {"cases"},
+        {"batch", "case"},
         {"distributions", "reading"},
         {"pictures"},
         {"__init__"},

@@ -9,8 +9,7 @@ from warnings import warn
 
 import numpy as np
 
-from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import ROUNDING, Array, BadValue, Flags, FlatpunchWarning, values
+from flatpunch._support.checks import ROUNDING, STEPS, Array, BadValue, Flags, FlatpunchWarning, values
 from flatpunch._support.prefixes import text
 from flatpunch.indenters.profile import Indenter
 

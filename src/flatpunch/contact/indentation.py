@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Literal, NotRequired, TypedDict, Unpack, overl
 
 import numpy as np
 
-from flatpunch._support.ceilings import NUMBERS
-from flatpunch._support.checks import Array, Values, numbers, refused_overflow, switch
+from flatpunch._support.checks import NUMBERS, Array, Values, numbers, refused_overflow, switch
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import PressureField, control_from

@@ -182,7 +182,7 @@ class Refined(_Method):
     cache: str | PathLike[str] | None = None
 
     def __post_init__(self) -> None:
-        from flatpunch._support.ceilings import CELLS
+        from flatpunch._support.checks import CELLS
         from flatpunch.bem.grid import SMALLEST
 
         object.__setattr__(self, "rtol", positive("rtol", self.rtol))

@@ -75,8 +75,7 @@ def interior(
 
 
 def _waves(body: Stack, k: Array, z: Array, side: Side) -> Waves:
-    from flatpunch._support.checks import ROUNDING
-    from flatpunch._support.kinds import one_of
+    from flatpunch._support.checks import ROUNDING, one_of
     from flatpunch._support.prefixes import text
     from flatpunch.compliances.depth import waves_at
     from flatpunch.compliances.power_law import power_law_waves

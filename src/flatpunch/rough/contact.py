@@ -8,10 +8,20 @@ from typing import TYPE_CHECKING, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.ceilings import OUTLINES
-from flatpunch._support.checks import ROUNDING, Array, Flags, Values, refused_overflow, shown, switch, values, whole
+from flatpunch._support.checks import (
+    NUMBERS,
+    ROUNDING,
+    Array,
+    Flags,
+    Values,
+    refused_overflow,
+    shown,
+    switch,
+    values,
+    whole,
+)
 from flatpunch._support.prefixes import text
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._version import __version__
 from flatpunch.bem.resources import fitting_threads
 from flatpunch.bem.solution import check_tolerance
@@ -133,9 +143,9 @@ def rough_contact(
             f"depth = {text(float(targets.max()), 'm')} is out of reach: incompressible layers on a rigid base give way only "
             f"sideways, and the surface is flat at a depth of {text(full, 'm')}. Ask for less depth."
         )
-    if fields and targets.size * topography.heights.size > OUTLINES:
+    if fields and targets.size * topography.heights.size > NUMBERS:
         raise ValueError(
-            f"fields of {targets.size} steps on {topography.heights.size} cells make more than {OUTLINES:.0e} numbers. Solve "
+            f"fields of {targets.size} steps on {topography.heights.size} cells make more than {NUMBERS:.0e} numbers. Solve "
             "fewer steps at once."
         )
     if name == "pressure":

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, BadValue, Values, values
 from flatpunch._support.prefixes import text
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import Kernel, compliance

@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import LARGEST, Array, numbers, positive, shown, switch
+from flatpunch._support.checks import CELLS, LARGEST, Array, numbers, positive, shown, switch
 from flatpunch._support.readable import readable
 from flatpunch.surfaces.summits import Summits, summits_of
 

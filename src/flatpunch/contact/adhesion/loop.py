@@ -19,10 +19,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import Array, positive, refused_overflow, whole
+from flatpunch._support.checks import STEPS, Array, positive, refused_overflow, whole
 from flatpunch._support.paths import Plain
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import compliance

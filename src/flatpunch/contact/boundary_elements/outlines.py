@@ -29,8 +29,7 @@ from flatpunch.bem.operator.convolution import Operator, build_operator
 from flatpunch.bem.outline import covered, ray_lengths, read, rim_along, why_none
 from flatpunch.bem.solver.active_set import solve_contact
 from flatpunch.compliances import Kernel
-from flatpunch.indenters.geometry.edges import place_of, wedges_of
-from flatpunch.indenters.geometry.symmetry import mirrored_about
+from flatpunch.indenters.geometry.features import mirrored_about, place_of, wedges_of
 from flatpunch.indenters.profile import Indenter
 
 

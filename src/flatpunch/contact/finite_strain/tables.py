@@ -25,7 +25,7 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.contact.physics import NEO_HOOKEAN
 from flatpunch.indenters import Cone, FacetedPyramid, Pyramid, angular_rule
-from flatpunch.indenters.shapes.facets import face_gradients
+from flatpunch.indenters.shapes.pointed import face_gradients
 from flatpunch.media import Body
 
 FILE = files("flatpunch.contact") / "data" / "finite_strain.json"

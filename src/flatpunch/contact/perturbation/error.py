@@ -27,8 +27,8 @@ from flatpunch.contact.perturbation.power_law_series import power_expansion
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.contact.round.radius_search import Loading
 from flatpunch.contact.round.round_contact import RoundContact
-from flatpunch.indenters.geometry.angle_rule import angular_rule
-from flatpunch.indenters.geometry.flat_end import beside_flat_end
+from flatpunch.indenters.geometry.angles import angular_rule
+from flatpunch.indenters.geometry.features import beside_flat_end
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import HalfSpace
 

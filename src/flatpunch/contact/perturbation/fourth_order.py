@@ -22,7 +22,7 @@ from flatpunch.contact.perturbation.power_law_series import power_expansion, sam
 from flatpunch.contact.perturbation.second_order import solve_expansion
 from flatpunch.contact.round.mean_profile import resolved_radius
 from flatpunch.contact.round.radius_search import Loading
-from flatpunch.indenters.geometry.angle_rule import angular_rule
+from flatpunch.indenters.geometry.angles import angular_rule
 from flatpunch.indenters.profile import Indenter
 
 _WIDTH = 0.5

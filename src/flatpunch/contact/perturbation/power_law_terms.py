@@ -20,8 +20,8 @@ import numpy as np
 from flatpunch._support.byte_cache import PROCESS, byte_cached
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliances import Kernel
-from flatpunch.indenters.geometry.angle_rule import angular_rule
-from flatpunch.indenters.geometry.symmetry import rotational_symmetry
+from flatpunch.indenters.geometry.angles import angular_rule
+from flatpunch.indenters.geometry.features import rotational_symmetry
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.chebyshev import log_derivative, tail
 from flatpunch.numerics.piecewise import PiecewiseChebyshev

@@ -23,7 +23,7 @@ from flatpunch.contact.perturbation.error import estimates
 from flatpunch.contact.refined.interpolation import Interpolation
 from flatpunch.contact.refined.refinement import Refinement, refinement
 from flatpunch.contact.refined.table import ANGLES, tabulated
-from flatpunch.indenters.geometry.flat_end import flat_radius
+from flatpunch.indenters.geometry.features import flat_radius
 from flatpunch.indenters.profile import Indenter
 
 

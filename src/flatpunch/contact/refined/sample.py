@@ -23,8 +23,8 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._support.checks import Array, FlatpunchWarning
 from flatpunch._support.paths import Plain
+from flatpunch._support.readable import record
 from flatpunch._support.reading import Unreadable, content
-from flatpunch._support.record import record
 from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed, write_whole
 from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements import error

@@ -19,8 +19,7 @@ from itertools import pairwise
 import numpy as np
 import scipy
 
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import ROUNDING, Array, Indices
+from flatpunch._support.checks import AT_ONCE, ROUNDING, Array, Indices
 from flatpunch.compliances import Kernel
 from flatpunch.contact.round.radius_search import PER_DECADE, Loading
 from flatpunch.numerics.gauss import NODES, gauss
