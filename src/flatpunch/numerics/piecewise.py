@@ -264,12 +264,12 @@ def _gathered(size: int, parts: list[tuple[Indices, Array]]) -> Array:
 
 
 def log_table(
-    sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = ()
+    sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = (), nodes: int = 11
 ) -> PiecewiseChebyshev:
     """A vector function of x = ln a, from values (n, outputs) at radii a (n,) [m].
 
-    No radius beyond `reach` [m] is sampled. At `kinks` [m] the function has kinks, beyond which it is a series in the root of
-    the distance.
+    Spans of a quarter of a decade have `nodes` each: 11 leave 1e-10 of smooth functions. No radius beyond `reach` [m] is sampled.
+    At `kinks` [m] the function has kinks, beyond which it is a series in the root of the distance.
     """
     end, cuts = float(np.log(reach)), np.log(kinks) if kinks else np.empty(0)
 
@@ -282,7 +282,7 @@ def log_table(
         return Root(float(before.max()), 0.1) if before.size else Plain()
 
     return PiecewiseChebyshev(
-        lambda x: sample(np.minimum(np.exp(x), reach)), edges, lambda low, high: 11, variable, together=True
+        lambda x: sample(np.minimum(np.exp(x), reach)), edges, lambda low, high: nodes, variable, together=True
     )
 
 

@@ -47,6 +47,7 @@ from flatpunch.contact.perturbation.power_law_terms import Angles, expand
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.profile import Indenter
+from flatpunch.numerics.chebyshev import NODES
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, log_table
 from flatpunch.punch.family import SMALLEST, panels, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
@@ -97,7 +98,7 @@ class PerturbedBranch:
     @cached_property
     def _table(self) -> PiecewiseChebyshev:
         """Depth, force and logarithm of the area over ln a."""
-        return log_table(lambda radius: self._corrected(radius).T)
+        return log_table(lambda radius: self._corrected(radius).T, nodes=NODES)
 
     @cached_property
     def _panels(self) -> PiecewiseChebyshev:
