@@ -84,3 +84,12 @@ def test_radius_that_no_contact_has() -> None:
     tip = fp.indenters.Ellipsoid(2.0, 1.5, 1.0)
     with pytest.raises(ValueError, match="beyond this indenter"):
         fp.indent(HALF_SPACE, tip, radius=1.5, method="second-order")
+
+
+def test_no_medium_enlarges_circles():
+    # within the sphere of a rounded pyramid outlines are circles on any medium: how far they deviate is rounding
+    gel = fp.Medium([fp.Layer(5e3, 0.5, 1e-6)], fp.RigidBase())
+    tip = fp.Rounded(fp.Pyramid(4, 0.3), 3e-7)
+    curve = fp.indent(gel, tip, depth=np.linspace(1e-9, 2e-8, 20), method="first-order", angles=1)
+    np.testing.assert_allclose(curve.force_error, curve.force_error[0], rtol=1e-12)
+    assert curve.valid.all()

@@ -23,10 +23,10 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
-from flatpunch.compliances.layered import SATURATION, depth_functions
+from flatpunch.compliances.layered import SATURATION, depth_functions, states_below
 from flatpunch.compliances.response import yielding
 from flatpunch.compliances.stack import Decay, attenuation, plane_at
-from flatpunch.compliances.transverse import Sheet, Solid, flexibility_of, system_of
+from flatpunch.compliances.transverse import Sheet, Solid, divided, flexibility_of, inverse, system_of
 from flatpunch.media import AnyLayer, Interface, Stack
 from flatpunch.media.plane import Plane, exponents, over
 
@@ -186,18 +186,16 @@ def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: fl
         part.raised, part.lifted = (
             _raised(part, k, 0.0) if part.graded is None else _stepped(part, part.graded, k, scale)
         )
-        flexibility, transverse = _divided(part.raised[:2], part.raised[2:]), part.lifted[0] / part.lifted[1]
+        flexibility, transverse = divided(part.raised[:2], part.raised[2:]), part.lifted[0] / part.lifted[1]
         flexibility[:, :, hidden], transverse[hidden] = own[:, :, hidden], own_across[hidden]
 
 
 def _hidden(part: _Part, k: Array) -> Flags:
-    """Where the part hides what lies below it."""
     # a step is a share of the depth: the wave reaches neither where it does not cross the step
     return np.asarray(k * part.thickness * part.fast > (SATURATION if part.graded is None else _STEP * SATURATION))
 
 
 def _own_flexibility(plane: Plane[float], count: int) -> tuple[Array, Array]:
-    """Flexibility of a half-space: fields that decay with depth."""
     return np.repeat(flexibility_of(plane)[:, :, None], count, axis=2), np.full(
         count, -sqrt(plane.shear / plane.across)
     )
@@ -205,17 +203,9 @@ def _own_flexibility(plane: Plane[float], count: int) -> tuple[Array, Array]:
 
 def _admitted(bonded: bool, flexibility: Array, transverse: Array) -> tuple[Array, Array]:
     """States at a lower face: [H; 1] where it sticks, free sliding (1, 0, 0, 0) and (0, H_22, 0, 1) where it slides."""
-    count = transverse.size
-    states, across = np.zeros((4, 2, count)), np.zeros((2, count))
-    if bonded:
-        states[:2] = flexibility
-        states[2, 0] = states[3, 1] = 1
-        across[0], across[1] = transverse, 1
-    else:
-        states[0, 0] = states[3, 1] = 1
-        states[1, 1] = flexibility[1, 1]
-        across[0] = 1
-    return states, across
+    ones = np.ones_like(transverse)
+    across = np.stack([transverse, ones] if bonded else [ones, 0 * ones])
+    return states_below(bonded, flexibility), across
 
 
 def _raised(part: _Part, k: Array, depth: float | Array) -> tuple[Array, Array]:
@@ -266,19 +256,8 @@ def _stepped(part: _Part, layer: AnyLayer, k: Array, scale: float) -> tuple[Arra
 
 
 def _times(matrix: Array, states: Array) -> Array:
-    """`matrix` (m, n) times states (n, ...)."""
     rest = states.shape[1:]
     return np.asarray((matrix @ states.reshape(len(states), math.prod(rest))).reshape(len(matrix), *rest))
-
-
-def _divided(upper: Array, lower: Array) -> Array:
-    """`upper` times the inverse of `lower`, both (2, 2, nk)."""
-    return np.asarray(np.einsum("ijn,jkn->ikn", upper, _inverse(lower)))
-
-
-def _inverse(lower: Array) -> Array:
-    determinant = lower[0, 0] * lower[1, 1] - lower[0, 1] * lower[1, 0]
-    return np.asarray(np.array([[lower[1, 1], -lower[0, 1]], [-lower[1, 0], lower[0, 0]]]) / determinant)
 
 
 def _sweep_down(
@@ -300,7 +279,7 @@ def _sweep_down(
             traction, sideways = y[2:, ..., -1], w[1, ..., -1]
             continue
         raised, lifted = part.raised, part.lifted
-        amplitude = np.einsum("ijn,jkn->ikn", _inverse(raised[2:]), traction)
+        amplitude = np.einsum("ijn,jkn->ikn", inverse(raised[2:]), traction)
         wave = sideways / lifted[1]
         if part.depths.size and part.graded is None:
             down = np.clip(z[part.depths] - part.top, 0.0, part.thickness)
@@ -325,7 +304,6 @@ def _sweep_down(
 
 
 def _in_base(base: Plane[float], k: Array, depth: Array, traction: Array, sideways: Array) -> tuple[Array, Array]:
-    """States in the base: the fields that decay."""
     solid, x = Solid(base), k[:, None] * np.maximum(depth, 0.0)
     rate, impedance = solid.sideways
     along = np.einsum("ijnz,jkn->iknz", solid.decaying(x), traction)

@@ -143,7 +143,6 @@ def _of_base(base: Base, state: Array, k: Array) -> PartDerivatives:
 
 
 def _flexibility_slopes(base: Base) -> dict[str, Array]:
-    """Derivatives of the flexibility H = [[-s, d - q], [d - q, -s d]]/M by each constant."""
     plane = base.plane
     s, d, _, _ = exponents(plane)
     flexibility, found = flexibility_of(plane), {}
@@ -187,10 +186,8 @@ def _of_face(body: Material, state: Array, k: Array) -> dict[str, Array]:
 
 
 def _turned(matrix: Array) -> Array:
-    """J times a matrix."""
     return np.concatenate([-matrix[2:], matrix[:2]])
 
 
 def _form(matrix: Array, states: Array) -> Array:
-    """y.M y of states (4, nk)."""
     return np.asarray(np.sum(states * (matrix @ states), axis=0))

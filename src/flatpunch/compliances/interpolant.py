@@ -173,7 +173,6 @@ class Interpolant:
         return result
 
     def _log_middle(self, kappa: Numbers, order: int) -> Numbers:
-        """log L and its derivatives by log kappa, shape (order + 1, n)."""
         s = np.log(kappa)
         piece = np.clip(np.searchsorted(self.edges, s.real) - 1, 0, len(self.pieces) - 1)
         result = np.empty((order + 1, kappa.size), dtype=s.dtype)
@@ -306,7 +305,6 @@ def _euler(series: Array, v: Numbers, order: int) -> Numbers:
 
 
 def _from_logs(logs: Numbers) -> Numbers:
-    """L - 1 and derivatives from log L and its derivatives."""
     result = np.empty_like(logs)
     result[0] = np.expm1(logs[0])
     if len(logs) > 1:

@@ -180,8 +180,6 @@ def _kernel(medium: Body) -> Kernel:
 
 @dataclass(frozen=True, slots=True)
 class _Layered:
-    """L of layers."""
-
     medium: Stack
     length: float
 
@@ -191,8 +189,6 @@ class _Layered:
 
 @dataclass(frozen=True, slots=True)
 class _Power:
-    """L of a power-law half-space."""
-
     constant: float
     exponent: float
 
@@ -233,7 +229,6 @@ def _stack(medium: Stack) -> Kernel:
 
 
 def _tabulated_stack(medium: Stack) -> Kernel:
-    """Many homogeneous layers: the recursion runs once, at the points of an interpolant."""
     series = _interpolated(medium, _Layered(medium, medium.length), vanishing=True)
     cutoff = saturation(medium.layers[0])
     return Kernel(

@@ -20,7 +20,7 @@ from math import factorial
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.compliances.transverse import REACH, flexibility_of, system_of
+from flatpunch.compliances.transverse import REACH, divided, flexibility_of, system_of
 from flatpunch.media import AnyLayer, Material
 from flatpunch.media.plane import isotropic_plane, over
 
@@ -89,13 +89,13 @@ def _propagate(layer: AnyLayer, below: Array, functions: Array, scale: float) ->
     mu, nu = constants_of(layer)
     system = sagittal_system(mu / scale, nu)
     nilpotent = system @ system - np.eye(4)
-    states = states_below(layer, below)
+    states = states_below(bool(layer.bonded), below)
     parts = np.concatenate([nilpotent, system, system @ nilpotent]) @ states.reshape(4, -1)
     first, second, third = parts.reshape(3, *states.shape)
     # notation: rows (u_r, u_z, s_rz/k, s_zz/k), columns the two admissible states
     cosh, f1, sinh, f3 = functions
     carried = cosh * states + f1 * first - sinh * second - f3 * third
-    return _divide(carried[:2], carried[2:])
+    return divided(carried[:2], carried[2:])
 
 
 def _reflect(layer: AnyLayer, below: Array, x: Array, scale: float) -> Array:
@@ -122,7 +122,7 @@ def _reflect(layer: AnyLayer, below: Array, x: Array, scale: float) -> Array:
     back[0] -= x * back[1]
     back[:, 1] += x * back[:, 0]
     fields = solutions[:, :2, None] + (solutions[:, 2:] @ back.reshape(2, -1)).reshape(4, 2, -1)
-    return _divide(fields[:2], fields[2:])
+    return divided(fields[:2], fields[2:])
 
 
 def _mismatch(layer: AnyLayer, below: Array, states: Array) -> Array:
@@ -133,10 +133,10 @@ def _mismatch(layer: AnyLayer, below: Array, states: Array) -> Array:
     return np.stack([np.broadcast_to(states[2, :, None], normal.shape), normal])
 
 
-def states_below(layer: AnyLayer, below: Array) -> Array:
-    """Two states that span what the lower face of `layer` admits; shape (4, 2, n)."""
+def states_below(bonded: bool, below: Array) -> Array:
+    """Two states that span what a lower face admits that sticks, or slides; shape (4, 2, n)."""
     states = np.zeros((4, 2, below.shape[-1]))
-    if layer.bonded:
+    if bonded:
         states[:2] = below
         states[2, 0] = states[3, 1] = 1
     else:
@@ -177,12 +177,3 @@ def _x_cosh_minus_sinh(x: Array, cosh: Array, sinh: Array) -> Array:
             series += coefficient
         result[small] = t * y * series * np.exp(-t)
     return result
-
-
-def _divide(upper: Array, lower: Array) -> Array:
-    """`upper` times the inverse of `lower`, both (2, 2, n)."""
-    (a, b), (c, d) = lower
-    product = np.empty(upper.shape)
-    product[:, 0], product[:, 1] = upper[:, 0] * d - upper[:, 1] * c, upper[:, 1] * a - upper[:, 0] * b
-    product /= a * d - b * c
-    return product

@@ -59,7 +59,6 @@ def stack_flexibility(medium: Stack, k: Array, scale: float) -> Array:
 
 
 def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
-    """Flexibility of the stack at its surface for ascending wavenumbers, shape (2, 2, n)."""
     flexibility = half_space_flexibility(medium.base, scale, k.shape)
     # depth functions of a thickness are kept until its last layer
     left = Counter(layer.thickness for layer in medium.layers if layer.isotropic)
@@ -75,7 +74,7 @@ def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
         elif layer.varies:
             flexibility = carry_through_graded(layer, flexibility, k, scale)
         else:
-            states = states_below(layer, flexibility)
+            states = states_below(bool(layer.bonded), flexibility)
             flexibility = Sheet(Solid.of(layer, scale), layer.thickness, k, states).flexibility
     return flexibility
 
@@ -100,7 +99,6 @@ def long_wave_power(medium: Stack) -> int:
 
 
 def _unyielding(layer: AnyLayer) -> bool:
-    """Whether the lower face neither slides nor moves across itself."""
     return bool(layer.face) and layer.face.normal is None
 
 
@@ -153,12 +151,10 @@ def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
 
 
 def _surface_plane(material: Material) -> Plane[Array]:
-    """Coefficients at the top of a layer or half-space [Pa], shape (1,)."""
     return material.plane_at(np.zeros(1))
 
 
 def _across(medium: Stack, k: Array) -> Array:
-    """k u_t/s_tz at the surface."""
     base = medium.base
     w = np.zeros_like(k) if base.rigid else np.full(k.size, -1 / _impedance_at(_surface_plane(base))[0])
     for layer in reversed(medium.layers):

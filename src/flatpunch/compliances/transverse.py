@@ -261,7 +261,11 @@ def _across_above(solid: Solid, x: Array, lower: Array) -> Array:
 
 def divided(upper: Array, lower: Array) -> Array:
     """`upper` times the inverse of `lower`, both (2, 2, nk)."""
-    return np.asarray(np.einsum("ijn,jkn->ikn", upper, inverse(lower)))
+    (a, b), (c, d) = lower
+    product = np.empty(upper.shape)
+    product[:, 0], product[:, 1] = upper[:, 0] * d - upper[:, 1] * c, upper[:, 1] * a - upper[:, 0] * b
+    product /= a * d - b * c
+    return product
 
 
 def inverse(lower: Array) -> Array:

@@ -141,14 +141,17 @@ class PressureField:
     error: Array
 
 
+SUPERPOSED = 0.02
+"""Differences that count, of a superposed pressure to boundary elements (median over mean) and of its integral to the force."""
+
+
 def superposed(field: Array, cells: PressureField) -> PressureField:
     """A pressure superposed from flat punches; its error is the difference to boundary elements. Warns where that is large."""
     difference = np.abs(field - cells.pressure)
     touched = cells.pressure > 0
     if touched.any():
         share = difference[touched] / cells.pressure[touched].mean()
-        # median error over the mean pressure above which a superposed pressure is returned with a warning
-        if np.median(share) > 0.02:
+        if np.median(share) > SUPERPOSED:
             warn(
                 "First-order pressures under a tip that is not round are those of stretched flat punches: at these points they "
                 f"differ from boundary elements by {np.median(share):.0%} of the mean pressure (median; 95 % of the points by "

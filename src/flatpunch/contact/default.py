@@ -218,7 +218,6 @@ def adhesive_method(method: Method | None, indenter: Indenter) -> Method:
 
 
 def _covered(kernel: Kernel, indenter: Indenter, control: Control) -> bool:
-    """Whether the corrections that come with the package reach all steps."""
     from flatpunch.contact.refined.method import covered
 
     return covered(kernel, indenter, control)

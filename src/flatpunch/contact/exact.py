@@ -161,7 +161,6 @@ def ellipse_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Ar
 
 
 def _ellipse_depth(unit: Ellipse, control: Control) -> Array:
-    """Depths of the prescribed steps [m]."""
     e = unit.exponent
     if control.name == "radius":
         return np.asarray((control.values / unit.mean_radius) ** 2)
@@ -171,7 +170,6 @@ def _ellipse_depth(unit: Ellipse, control: Control) -> Array:
 
 
 def _unit(kernel: Kernel, indenter: Indenter) -> Ellipse:
-    """The contact of depth 1 m."""
     assert isinstance(indenter, EllipticParaboloid)
     e, (flat, steep) = kernel.exponent, sorted((indenter.A, indenter.B))
 

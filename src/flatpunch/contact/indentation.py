@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Literal, NotRequired, TypedDict, Unpack, overl
 
 import numpy as np
 
-from flatpunch._support.checks import NUMBERS, Array, BadValue, Values, numbers, refused_overflow, switch
-from flatpunch._support.prefixes import text
+from flatpunch._support.checks import NUMBERS, Array, Values, numbers, refused_overflow, switch
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import PressureField, control_from
@@ -25,7 +24,7 @@ from flatpunch.contact.default import (
 from flatpunch.contact.finite_strain.correction import checked as finite_strain_place
 from flatpunch.contact.finite_strain.correction import solve as finite_strain_curve
 from flatpunch.contact.histories import control_with, history, on_free_layer, sticking
-from flatpunch.contact.limits import deepest
+from flatpunch.contact.limits import check_deepest
 from flatpunch.contact.methods import BoundaryElements, Exact, Refined, exactly_solved
 from flatpunch.contact.physics import FiniteStrain, Physics, PhysicsOf
 from flatpunch.contact.result import outline_angles, result_of
@@ -264,13 +263,8 @@ def pressure(
     if points > NUMBERS:
         raise ValueError(f"x and y make {points} points; give at most {NUMBERS} in one call.")
     x, y = np.broadcast_arrays(x, y)
-    if control.name == "depth" and control.values[0] >= deepest(medium):
-        raise BadValue(
-            "depth",
-            text(float(control.values[0]), "m"),
-            f"is more than the {text(deepest(medium), 'm')} of the layers on their rigid base: no tip gets there. "
-            "Ask for less depth.",
-        )
+    if control.name == "depth":
+        check_deepest(medium, float(control.values[0]))
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
     r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)

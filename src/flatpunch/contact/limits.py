@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, BadValue, Flags
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Curve, first_failure
 from flatpunch.contact.finite_strain.correction import overestimate
@@ -175,6 +175,17 @@ def deepest(medium: Body) -> float:
     return max(depths, default=float("inf"))
 
 
+def check_deepest(medium: Body, depth: float) -> None:
+    """Refuse a depth [m] that no tip can reach."""
+    if depth >= deepest(medium):
+        raise BadValue(
+            "depth",
+            text(depth, "m"),
+            f"is more than the {text(deepest(medium), 'm')} of the layers on their rigid base: no tip gets there. "
+            "Ask for less depth.",
+        )
+
+
 def _stacks(medium: Body) -> Iterator[tuple[float, float]]:
     """Thickness of all layers above each interface [m], and 1/E* of the softest body below it [1/Pa]."""
     body = underlying(medium)
@@ -191,7 +202,6 @@ def _stacks(medium: Body) -> Iterator[tuple[float, float]]:
 
 
 def _yield(curve: Curve) -> tuple[str, ...]:
-    """Whether the mean pressure is more than solids bear."""
     with np.errstate(divide="ignore", invalid="ignore", over="ignore", under="ignore"):
         share = curve.force / curve.area * 2 * curve.radius / curve.stiffness
     # the ideal strength

@@ -381,7 +381,6 @@ def _cell_pressure(
 
 
 def _round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array) -> PressureField:
-    """Exact superposition over the history of a round contact."""
     from flatpunch.contact.perturbation import first_order
 
     field, error = first_order.round_pressure(kernel, indenter, control, r)

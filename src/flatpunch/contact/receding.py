@@ -49,6 +49,9 @@ _FARTHEST = 2 * SATURATION
 _FIRST = 0.1
 """Distance beyond the contact under the tip, over the thickness, at which the search for that with the base begins."""
 
+_NEAR = 0.02
+"""Share by which the distance may differ from that on the line through the last two contacts; else the search begins anew."""
+
 _PER_DECADE = 10
 """Contacts that are solved per decade of depth, cubics between leave 1e-6 of the force. Twice as many take twice the time."""
 
@@ -118,7 +121,7 @@ class _Plate:
             return at(b)[2]
 
         # distances beyond a, over which the edge strength varies: by the thickness, or far away by themselves
-        low, high = (a, a + _FIRST) if near is None else (a + 0.98 * near, a + 1.02 * near)
+        low, high = (a, a + _FIRST) if near is None else (a + (1 - _NEAR) * near, a + (1 + _NEAR) * near)
         if near is not None and not edge(low) > 0 > edge(high):
             low, high = a, a + _FIRST
         if near is None and edge(low) <= 0:
@@ -233,12 +236,10 @@ def _curve(phi: Array, depth: Array, force: Array, radius: Array, stiffness: Arr
 
 
 def _half_space(radius: float, terms: int) -> Array:
-    """Diagonal of the matrix of a half-space."""
     return np.asarray(np.pi / (radius * (4 * np.arange(terms) + 1)))
 
 
 def _responses(x: Array) -> tuple[Array, Array]:
-    """L_s and L_a at x = k h/2 > 0."""
     y = 2 * x
     # sinh y - y by its series, where the difference would be rounding
     few = y**3 * np.polynomial.polynomial.polyval(y**2, [1 / factorial(2 * j + 3) for j in range(6)])

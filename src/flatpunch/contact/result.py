@@ -31,7 +31,6 @@ _VARIABLES = {
 
 
 def _why(choice: Choice) -> tuple[str, ...]:
-    """A note where the default is not the fast method."""
     if choice.quick or choice.reason == "asked for":
         return ()
     return (f"Method {choice.method.name!r} was chosen, as {choice.reason}.",)

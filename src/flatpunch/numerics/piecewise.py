@@ -196,7 +196,6 @@ class PiecewiseChebyshev:
         return self._parts(x, self._spans(x))
 
     def _spans(self, x: Array) -> dict[tuple[float, float], Indices]:
-        """Spans that hold x, with the numbers of the points they hold."""
         if not x.size:
             return {}
         edges = self.edges(x)
@@ -251,7 +250,6 @@ class PiecewiseChebyshev:
         )
 
     def _places(self, low: float, high: float, count: int) -> Array:
-        """Nodes of a piece."""
         variable = self.variable(low, high)
         start, end = variable.of(np.array([low, high]))
         return variable.inverse((start + end) / 2 + (end - start) / 2 * unit_nodes(count))
@@ -266,12 +264,12 @@ def _gathered(size: int, parts: list[tuple[Indices, Array]]) -> Array:
 
 
 def log_table(
-    sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = ()
+    sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = (), nodes: int = 11
 ) -> PiecewiseChebyshev:
     """A vector function of x = ln a, from values (n, outputs) at radii a (n,) [m].
 
-    No radius beyond `reach` [m] is sampled. At `kinks` [m] the function has kinks, beyond which it is a series in the root of
-    the distance.
+    Spans of a quarter of a decade have `nodes` each: 11 leave 1e-10 of smooth functions. No radius beyond `reach` [m] is sampled.
+    At `kinks` [m] the function has kinks, beyond which it is a series in the root of the distance.
     """
     end, cuts = float(np.log(reach)), np.log(kinks) if kinks else np.empty(0)
 
@@ -284,12 +282,11 @@ def log_table(
         return Root(float(before.max()), 0.1) if before.size else Plain()
 
     return PiecewiseChebyshev(
-        lambda x: sample(np.minimum(np.exp(x), reach)), edges, lambda low, high: 11, variable, together=True
+        lambda x: sample(np.minimum(np.exp(x), reach)), edges, lambda low, high: nodes, variable, together=True
     )
 
 
 def _edges(low: float, high: float, end: float, kinks: Array) -> Array:
-    """Ends of the spans that hold ln a from `low` to `high`."""
     # spans per decade; half as many leave 1e-7 of smooth functions in the place of 1e-10
     step, narrowest = np.log(10) / 4, 1e-6
     # one of the even ends may be next to the reach, and make way for it below

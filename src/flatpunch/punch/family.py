@@ -93,7 +93,6 @@ def panels(
 
 
 def _bounds(kernel: Kernel) -> Array:
-    """Half decades of log(beta) above which panels have the next of the widths."""
     if kernel.graded:
         # radii of any size cost the same
         return np.full(_ENDS.size, np.inf)

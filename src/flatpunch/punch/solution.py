@@ -112,7 +112,6 @@ class FlatPunch:
         return np.where(r <= self.radius, inside, 0.0)
 
     def _regular(self, rho: Array) -> Array:
-        """Sum of c_n p_n without the singular factor (1 - rho^2)^alpha."""
         if self.alpha != -0.5:
             return np.full_like(rho, 2 * (1 + self.alpha) * self.coefficients[0])
         return np.tensordot(self.coefficients, regular_part(0, self.coefficients.size, rho), axes=1)
@@ -189,7 +188,6 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
 
 
 def _checked(punch: FlatPunch) -> FlatPunch:
-    """Return the punch, with a warning where it would have to pull."""
     if punch.lowest_pressure < 0:
         warnings.warn(
             f"The pressure under a flat punch of radius {text(punch.radius, 'm')} (beta = {punch.beta:.3g}) is negative "

@@ -76,31 +76,25 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
     return AdhesiveCase(kernel, indenter, branch, stability(branch, profile, indenter.reach, pinned=pinned))
 
 
-def stable_radius(
-    branch: Equilibria,
-    stability: Stability,
-    quantity: Quantity,
-    target: Array,
-    reach: float,
-    pinned: bool,
-) -> Array:
+def stable_radius(case: AdhesiveCase, quantity: Quantity, target: Array) -> Array:
     """Radii [m] of the stable contacts of given depths or forces of any sign, shape (n,); 0 where there is none.
 
-    A target that several stretches can hold belongs to the outermost: a tip that is withdrawn stays there until its end. Where
-    `pinned` (a flat end), targets beyond the reach of the profile [m] keep that radius; else a ValueError names them.
+    A target that several stretches can hold belongs to the outermost: a tip that is withdrawn stays there until its end. Targets
+    beyond the reach of a flat end keep that radius; else a ValueError names them.
     """
+    branch, reach = case.branch, case.indenter.reach
     radius = np.zeros_like(target)
     open_ = np.ones(target.shape, dtype=bool)
-    if pinned:
+    if case.pinned:
         at_edge = target >= value_of(branch.at(np.array([reach])), quantity)[0]
         radius[at_edge] = reach
         open_ &= ~at_edge
-    for stretch in stability.of(quantity):
+    for stretch in case.stability.of(quantity):
         lowest, highest = ends_of(branch, stretch, quantity)
         # the pull-off itself, prescribed as computed, is still in contact
         held = open_ & (target >= lowest - ROUNDING * abs(lowest)) & (target <= highest)
         if held.any():
-            radius[held] = radius_on(branch, stretch, quantity, np.maximum(target[held], lowest), reach)
+            radius[held] = radius_on(case, stretch, quantity, np.maximum(target[held], lowest))
             open_ &= ~held
     return radius
 
@@ -120,12 +114,12 @@ def value_of(contact: AdhesiveContact, quantity: str) -> Array:
     return contact.depth if quantity == "depth" else contact.force
 
 
-def radius_on(branch: Equilibria, stretch: Stretch, quantity: Quantity, target: Array, reach: float) -> Array:
+def radius_on(case: AdhesiveCase, stretch: Stretch, quantity: Quantity, target: Array) -> Array:
     """Radii at which one stable stretch has the given depths or forces, shape (n,).
 
     Newton in ln a inside brackets from a grid, by bisection where a step would leave its bracket.
     """
-    grid = _grid(branch, quantity, float(target.max()), stretch, reach)
+    branch, grid = case.branch, _grid(case, quantity, float(target.max()), stretch)
     sampled = value_of(branch.at(np.exp(grid)), quantity)
     upper = np.clip(np.searchsorted(sampled, target), 1, grid.size - 1)
     low, high = grid[upper - 1], grid[upper]
@@ -148,8 +142,9 @@ def radius_on(branch: Equilibria, stretch: Stretch, quantity: Quantity, target: 
     return np.asarray(np.exp(x))
 
 
-def _grid(branch: Equilibria, quantity: str, most: float, stretch: Stretch, reach: float) -> Array:
+def _grid(case: AdhesiveCase, quantity: str, most: float, stretch: Stretch) -> Array:
     """Nodes of ln a from the start of a stretch to where the quantity exceeds `most`."""
+    branch, reach = case.branch, case.indenter.reach
     start = np.log(stretch.start) if stretch.start > 0 else np.log(1e-15 * min(reach, 1.0))
     end = np.log(min(stretch.end, largest_radius(branch.kernel, reach)))
     if np.isfinite(stretch.end):

@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.checks import STEPS, Array, BadValue, positive, refused_overflow, whole
+from flatpunch._support.checks import STEPS, Array, positive, refused_overflow, whole
 from flatpunch._support.paths import Plain
-from flatpunch._support.prefixes import text
 from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
@@ -31,7 +30,7 @@ from flatpunch.contact.adhesion.pull_off import Instability, pull_off_of, tabor_
 from flatpunch.contact.adhesion.stability import Quantity, Stretch
 from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
-from flatpunch.contact.limits import deepest
+from flatpunch.contact.limits import check_deepest
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.numerics.gauss import gauss
@@ -130,13 +129,8 @@ def adhesion_loop(
     quantity: Quantity = "depth" if force is None else "force"
     most = positive(quantity, depth if force is None else force, unit=UNITS[quantity])
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
-    if quantity == "depth" and most >= deepest(medium):
-        raise BadValue(
-            "depth",
-            text(most, "m"),
-            f"is more than the {text(deepest(medium), 'm')} of the layers on their rigid base: no tip gets there. "
-            "Ask for less depth.",
-        )
+    if quantity == "depth":
+        check_deepest(medium, most)
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
     approach, back, jumps = _path(case, quantity, most)
     attributes: Plain = {
@@ -201,7 +195,6 @@ def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
 
 
 def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Leg], list[_Leg], list[Jump]]:
-    """Legs of approach and withdrawal, and the jumps between them."""
     # inner stretches first; the flat end's own edge is outside them all
     stretches: list[Stretch | None] = [*case.stability.of(quantity)[::-1]]
     if case.pinned:
@@ -246,11 +239,10 @@ def _ends(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity) -> tu
 def _radius(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> float:
     if stretch is None:
         return case.indenter.reach
-    return float(radius_on(case.branch, stretch, quantity, np.array([value]), case.indenter.reach)[0])
+    return float(radius_on(case, stretch, quantity, np.array([value]))[0])
 
 
 def _state(case: AdhesiveCase, stretch: Stretch | None, quantity: Quantity, value: float) -> tuple[Instability, float]:
-    """State on a stretch at one value of the control, and its energy [J]."""
     radius = np.array([_radius(case, stretch, quantity, value)])
     contact, mean_radius = case.branch.at(radius), float(case.branch.size(radius)[0][0])
     if stretch is None:
@@ -297,13 +289,12 @@ def _columns(
 
 
 def _sample(case: AdhesiveCase, quantity: Quantity, leg: _Leg, count: int) -> tuple[Array, Array, Array, Array]:
-    """Depth, force, mean radius and area along a leg."""
     wanted = np.linspace(leg.start, leg.end, count)
     if leg.stretch is None:
         radius = np.full(count, case.indenter.reach)
         stiffness = case.branch.evaluate(radius[:1]).stiffness[0]
         size = case.branch.size(radius)
         return (wanted, stiffness * wanted, *size) if quantity == "depth" else (wanted / stiffness, wanted, *size)
-    radius = radius_on(case.branch, leg.stretch, quantity, wanted, case.indenter.reach)
+    radius = radius_on(case, leg.stretch, quantity, wanted)
     contact, size = case.branch.at(radius), case.branch.size(radius)
     return (wanted, contact.force, *size) if quantity == "depth" else (contact.depth, wanted, *size)

@@ -143,11 +143,10 @@ def _anchor(case: AdhesiveCase) -> float:
 
 
 def _radius(case: AdhesiveCase, control: Control) -> Array:
-    """Contact radii; 0 where the surfaces have separated."""
     if control.name == "radius":
         check_reach(case.indenter, control.values)
         return case.branch.base_radius(control.values)
-    return stable_radius(case.branch, case.stability, control.name, control.values, case.indenter.reach, case.pinned)
+    return stable_radius(case, control.name, control.values)
 
 
 def _answers(
@@ -173,7 +172,6 @@ def _answers(
 
 
 def _within(case: AdhesiveCase, quantity: Quantity, radius: Array) -> Flags:
-    """Whether radii lie in a stable stretch, ends included."""
     inside = [
         (radius >= s.start * (1 - ROUNDING)) & (radius <= s.end * (1 + ROUNDING)) for s in case.stability.of(quantity)
     ]

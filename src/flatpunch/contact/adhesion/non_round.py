@@ -48,7 +48,7 @@ from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.chebyshev import NODES
-from flatpunch.numerics.piecewise import PiecewiseChebyshev
+from flatpunch.numerics.piecewise import PiecewiseChebyshev, log_table
 from flatpunch.punch.family import SMALLEST, panels, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength
@@ -97,13 +97,8 @@ class PerturbedBranch:
 
     @cached_property
     def _table(self) -> PiecewiseChebyshev:
-        """Depth, force and logarithm of the area over ln a: 1e-11 of functions that vary over one unit of it."""
-        width = float(np.log(10) / 4)
-
-        def edges(x: Array) -> Array:
-            return np.asarray(width * np.arange(np.floor(x.min() / width), np.floor(x.max() / width) + 2))
-
-        return PiecewiseChebyshev(lambda x: self._corrected(np.exp(x)).T, edges, lambda low, high: NODES)
+        """Depth, force and logarithm of the area over ln a."""
+        return log_table(lambda radius: self._corrected(radius).T, nodes=NODES)
 
     @cached_property
     def _panels(self) -> PiecewiseChebyshev:

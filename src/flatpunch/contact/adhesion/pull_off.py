@@ -241,7 +241,6 @@ def tabor_of(case: AdhesiveCase, result: PullOff, range_of_action: float) -> Tab
 
 
 def _radius_of_gap(indenter: Indenter, gap: float) -> float:
-    """Radius at which the profile has risen to `gap`, or its end."""
     zero = np.zeros(1)
 
     def rise(x: float) -> float:

@@ -102,7 +102,6 @@ def steady_radius(branch: Equilibria, found: Stability) -> float:
 
 
 def _slopes(branch: Equilibria, x: Array) -> Array:
-    """Slopes of depth and force, shape (2, n)."""
     contact = branch.at(np.exp(x))
     return np.stack([contact.depth_slope, contact.force_slope])
 

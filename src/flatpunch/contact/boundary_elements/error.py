@@ -86,7 +86,6 @@ def _differences(solution: bem.Solution) -> tuple[float, float]:
 
 
 def _richardson(last: float, before: float) -> float:
-    """Error of the finest cells."""
     if last * before < 0:
         return max(abs(last), abs(before))
     # difference between forces on wider cells above which these are no power of the width, and a ratio above 4 is chance

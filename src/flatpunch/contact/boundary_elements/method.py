@@ -144,7 +144,6 @@ def solve(
 
 
 def _mean_slope(height: Array, solution: bem.Solution) -> float:
-    """Mean slope of a tip in its contact [-]."""
     if not solution.contact.any():
         return 0.0
     with np.errstate(invalid="ignore"):
@@ -154,7 +153,6 @@ def _mean_slope(height: Array, solution: bem.Solution) -> float:
 
 
 def _at_end(indenter: Indenter) -> str:
-    """Sentence about contacts that reach the end of a tip."""
     if indenter.cut:
         return "the contact reaches the border of the map, beyond which the tip is not known. Ask for less depth."
     return "the contact reaches the end of the tip, which presses like the edge of a punch there."

@@ -112,7 +112,6 @@ class Capped:
         return ratio, slope, error
 
     def _flank(self, depth: Array) -> tuple[Array, Array]:
-        """Ratio and error at depths beyond the end of the cap, shape (n,)."""
         ratio, error, between = self.parts(depth)
         share, spread = next_order()
         return (
@@ -141,7 +140,6 @@ class Capped:
         return float(abs(own - least * slope[0] / slope[1]))
 
     def _sphere(self, radius: Array, depth: Array) -> tuple[Array, Array]:
-        """Ratio under spheres and its error, shape (n,)."""
         ratio, error = np.empty_like(depth), np.empty_like(depth)
         y, deepest = of_radius(radius, self.thickness)
         x = np.sqrt(np.minimum(depth / deepest, 1.0))

@@ -80,7 +80,6 @@ def solve(place: Place, linear: Callable[[Control], Curve], control: Control) ->
 
 
 def _in_table(place: Place, control: Control, depth: Array) -> None:
-    """Refuse steps whose depth is beyond the table."""
     far = np.flatnonzero(depth > place.deepest * (1 + SETTLED**2))
     if far.size:
         i = int(far[0])

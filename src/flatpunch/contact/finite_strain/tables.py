@@ -238,7 +238,6 @@ def cone_place(indenter: Cone | Pyramid | FacetedPyramid, poisson: float, thickn
 
 
 def _of_poisson(poisson: float) -> float:
-    """Coordinate of a Poisson ratio of the tables."""
     if poisson < POISSON:
         raise beyond(f"Poisson ratios from {POISSON:g} to 0.5", f"{poisson:.10g}")
     return of_poisson(poisson)

@@ -14,7 +14,7 @@ import scipy
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch.compliances import Kernel
-from flatpunch.contact.curve import Control, Curve, Extra, first_failure
+from flatpunch.contact.curve import SUPERPOSED, Control, Curve, Extra, first_failure
 from flatpunch.contact.perturbation.error import estimates, first_order_error
 from flatpunch.contact.perturbation.first_order_outline import area, growth_factor, outline
 from flatpunch.contact.round.mean_profile import Evaluate, mean_contact, mean_profile
@@ -119,7 +119,6 @@ def round_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Arra
 
 
 def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: float) -> None:
-    """Refuse a superposed pressure whose integral over the contact is not the force."""
     phi, weights = angular_rule(indenter)
     # Gauss points along each ray for the integral of a pressure: 1e-3 for pressures that are singular at the apex
     t, weight = gauss(10)
@@ -128,8 +127,7 @@ def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: fl
     r = edge[:, None] * np.sin(theta)
     field = superpose(kernel, history, r.ravel(), np.repeat(phi, theta.size)).reshape(r.shape)
     total = 2 * np.pi * weights @ (edge**2 * (field @ (np.pi / 4 * weight * np.sin(theta) * np.cos(theta))))
-    # relative difference between the integral of a pressure and the force that counts as agreement
-    if not abs(total / force - 1) <= 0.02:
+    if not abs(total / force - 1) <= SUPERPOSED:
         raise NoSuperposition(
             f"the superposed pressure adds up to {total:.4g} N where the force is {force:.4g} N: the outline changes too fast "
             "while the contact grows"
@@ -137,7 +135,6 @@ def _check_force(kernel: Kernel, indenter: Indenter, history: History, force: fl
 
 
 def _with_outline(kernel: Kernel, indenter: Indenter, evaluate: Evaluate, history: History) -> History:
-    """A history with the outline of (P17) at each radius."""
     x = log_radii(history.radius)
     contact = evaluate(np.exp(x))
     angles, weights = angular_rule(indenter)
@@ -170,6 +167,5 @@ def _power_outline(indenter: Indenter, growth: scipy.interpolate.BSpline) -> Out
 
 
 def _general_outline(kernel: Kernel, indenter: Indenter, contact: RoundContact, x: Array) -> Outline:
-    """Spline of (P17) over ln a and the polar angle."""
     angles = np.linspace(-np.pi, np.pi, RAYS, endpoint=False)
     return spline_outline(x, outline(kernel, indenter, contact, angles) / contact.radius[:, None])

@@ -102,7 +102,6 @@ class BlendedExpansion:
         return outline
 
     def _other(self, radius: Array, depth: Array) -> Array:
-        """Base radii of fourth order at the same depths, shape (n,)."""
         return same_depth(self.kernel, self.base, self._fourth.base, radius, depth)
 
     def _weight(self, radius: Array) -> tuple[Array, Array]:
@@ -185,7 +184,6 @@ def check(indenter: Indenter) -> None:
 
 @byte_cached
 def _expansion(kernel: Kernel, indenter: Indenter) -> BlendedExpansion:
-    """The blended series of a medium and an indenter."""
     return BlendedExpansion(kernel, indenter)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import AT_ONCE, Array
 from flatpunch.compliances import Kernel
-from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
+from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact, sized
 from flatpunch.contact.perturbation.power_law_series import LARGEST_TERM, radius_of_stiffness
 from flatpunch.contact.round.profile import NODES, TINY, SampledProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
@@ -117,20 +117,8 @@ class GeneralExpansion:
         values, slopes = self._at(radius)
         path = self._path(radius, values, slopes)
         size = radius_of_stiffness(self.kernel, path.stiffness, values.stiffening, radius)
-        zero = np.zeros_like(radius)
-        return PerturbedContact(
-            radius=radius,
-            depth=path.depth,
-            force=path.force,
-            stiffness=path.stiffness,
-            depth_slope=path.depth_slope,
-            shape_radius=radius,
-            size=size,
-            mean_radius=size * np.exp(values.log_mean),
-            area=np.pi * size**2 * np.exp(values.log_square),
-            swing=values.swing,
-            terms=np.column_stack([values.x2, values.skew, zero]),
-        )
+        measures = values.log_mean, values.log_square, values.swing
+        return sized(path, radius, size, measures, (values.x2, values.skew, np.zeros_like(radius)))
 
     def outline(self, contact: PerturbedContact, phi: Array) -> Array:
         """Contact outline a(phi), shape (n, p) [m]."""
@@ -162,7 +150,6 @@ class GeneralExpansion:
         return Terms.of(values), Terms.of(slopes)
 
     def _columns(self, radius: Array) -> Array:
-        """All of `Terms` side by side, shape (n, outputs)."""
         base = round_contact(self.kernel, self.base, radius)
         size = max(1, AT_ONCE // (_POINTS * node_count(harmonic_size(self.kernel, self._beta(radius).max()))))
         parts = [

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
+import numpy as np
+
 from flatpunch._support.checks import Array, Flags
 
 
@@ -54,6 +56,30 @@ class PathPoint:
     force: Array
     stiffness: Array
     depth_slope: Array
+
+
+def sized(
+    path: PathPoint,
+    shape_radius: Array,
+    size: Array,
+    measures: tuple[Array, Array, Array],
+    terms: tuple[Array, Array, Array],
+) -> PerturbedContact:
+    """Contacts at points of a path with outlines of some size; `measures` of w are ln<e^w>, ln<e^2w> and the largest |w|."""
+    log_mean, log_square, swing = measures
+    return PerturbedContact(
+        radius=path.radius,
+        depth=path.depth,
+        force=path.force,
+        stiffness=path.stiffness,
+        depth_slope=path.depth_slope,
+        shape_radius=shape_radius,
+        size=size,
+        mean_radius=size * np.exp(log_mean),
+        area=np.pi * size**2 * np.exp(log_square),
+        swing=swing,
+        terms=np.column_stack(terms),
+    )
 
 
 _Points = TypeVar("_Points", PathPoint, PerturbedContact)

@@ -14,7 +14,7 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
 from flatpunch.compliances import Kernel
-from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
+from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact, sized
 from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation, Terms, limited_exponential
 from flatpunch.contact.round.mean_profile import resolved_radius
 from flatpunch.contact.round.profile import TINY, PowerProfile
@@ -68,19 +68,8 @@ class PowerExpansion:
         path = self._loading(radius, values, slopes)
         shape_radius, shape = self._shape_at(radius, path.depth, values)
         size = radius_of_stiffness(self.kernel, path.stiffness, shape.stiffening, radius)
-        return PerturbedContact(
-            radius=radius,
-            depth=path.depth,
-            force=path.force,
-            stiffness=path.stiffness,
-            depth_slope=path.depth_slope,
-            shape_radius=shape_radius,
-            size=size,
-            mean_radius=size * np.exp(shape.log_mean),
-            area=np.pi * size**2 * np.exp(shape.log_square),
-            swing=shape.swing,
-            terms=np.column_stack(values[:3]),
-        )
+        measures = shape.log_mean, shape.log_square, shape.swing
+        return sized(path, shape_radius, size, measures, (values.x2, values.x3, values.x4))
 
     def _shape_at(self, radius: Array, depth: Array, values: Terms) -> tuple[Array, Terms]:
         """Base radii and terms of the series that gives the outline, at the same depths."""
@@ -115,7 +104,6 @@ class PowerExpansion:
         return np.where(x2 == 0, 0.0, shares.max(axis=0))
 
     def _force(self, values: Terms, slopes: Terms) -> tuple[Array, Array]:
-        """ln(F/F_base) and its derivative by ln a."""
         x2, x3, x4 = values.x2, values.x3, values.x4
         if self.order == "second":
             return np.clip(x2, -LARGEST_TERM, LARGEST_TERM), _where_kept(x2, slopes.x2)
@@ -146,7 +134,6 @@ def same_depth(kernel: Kernel, base: PowerProfile, other_base: PowerProfile, rad
 
 
 def _where_kept(logarithm: Array, growth: Array) -> Array:
-    """Derivative of a logarithm that is cut at `LARGEST_TERM`."""
     return np.where(np.abs(logarithm) < LARGEST_TERM, growth, 0.0)
 
 

@@ -216,7 +216,6 @@ class PowerPerturbation:
         return self._known[key]
 
     def _columns(self, beta: Array) -> Array:
-        """All of `Terms` side by side, shape (nb, 7)."""
         response, stiffening, base = self._response(beta)
         derivative = log_derivative(beta) if beta.all() else np.zeros((1, 1))
         w = -act(response, self.angles.u)

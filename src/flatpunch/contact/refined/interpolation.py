@@ -86,7 +86,6 @@ class RoundReference:
         return np.column_stack([np.array(numbers) * STEP, rows]).T
 
     def _known(self, numbers: list[int | float]) -> bool:
-        """Whether the contacts of these numbers are known, or could be found."""
         new = [number for number in numbers if number not in self._rows]
         if not new:
             return True
@@ -107,7 +106,6 @@ class RoundReference:
         return True
 
     def _find_end(self, high: float) -> None:
-        """ln d at which the tip, or what the medium resolves, ends."""
         if np.isfinite(self._end):
             return
         last = min(self.indenter.reach, resolved_radius(self.kernel))
@@ -205,7 +203,6 @@ class Interpolation:
         return x
 
     def _between(self, quantity: ControlName, wanted: Array, values: Array) -> Array:
-        """Positions between the first and the last sample."""
         after = np.clip(np.searchsorted(np.maximum.accumulate(values), wanted), 1, self.nodes.size - 1)
 
         def excess(x: Array, target: Array) -> Array:
@@ -240,7 +237,6 @@ class Interpolation:
 
     @cached_property
     def _divided(self) -> bool:
-        """Whether the round contact divides."""
         return self.reference.smooth(float(self.nodes[0]), float(self.nodes[-1]))
 
     @cached_property

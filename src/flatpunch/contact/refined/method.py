@@ -131,7 +131,6 @@ def _logarithms(kernel: Kernel, control: Control) -> Array:
 
 
 def _largest(table: Interpolation, control: Control) -> float:
-    """Largest such logarithm in a table."""
     last = table.samples[-1]
     return {"depth": float(table.nodes[-1]), "force": last.force, "radius": float(last.shape[0])}[control.name]
 

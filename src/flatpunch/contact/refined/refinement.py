@@ -130,7 +130,6 @@ class Refinement:
             self._cache.save(self.samples, self.gaps)
 
     def _covered(self, low: float, high: float, rtol: float) -> bool:
-        """Whether known gaps carry all contacts between two positions."""
         inside = bool(self.gaps) and self.gaps[0].left <= low and self.gaps[-1].right >= high
         return inside and not any(gap.rough(rtol) for gap in self._between(low, high))
 
@@ -138,7 +137,6 @@ class Refinement:
         return [gap for gap in self.gaps if gap.right > low and gap.left < high]
 
     def _cover(self, low: float, high: float, rtol: float) -> None:
-        """Halve gaps between two positions until none is rough."""
         self._extend(low, high)
         while rough := [gap for gap in self._between(low, high) if gap.rough(rtol)]:
             before, middles = self.curve(), [(gap.left + gap.right) / 2 for gap in rough]
@@ -169,7 +167,6 @@ class Refinement:
         self.gaps = before + self.gaps + after
 
     def _pieces(self, low: float, high: float) -> list[Gap]:
-        """Gaps between two positions of which nothing is known yet."""
         nodes = np.linspace(low, high, int(np.ceil((high - low) / self._spacing)) + 1).tolist()
         return [Gap(left, right) for left, right in pairwise(nodes)]
 
@@ -218,7 +215,6 @@ class Refinement:
         return max(-self._spacing, min(step + float(np.copysign(0.01, step)), self._spacing))
 
     def _value(self, quantity: ControlName, x: float) -> float:
-        """ln F/E* or ln a0 of the solution at a position."""
         sample = self.samples[x]
         value: float = sample.force if quantity == "force" else sample.shape[0]
         return value
@@ -249,7 +245,6 @@ class Refinement:
 
     @cached_property
     def _spacing(self) -> float:
-        """Widest first gap in ln d."""
         # widest first gap in ln d over the exponent of a power-law tip; twice as wide, a miss may be small by chance
         return 1.2 * (self._case.indenter.exponent or 1.0)
 

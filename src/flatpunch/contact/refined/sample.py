@@ -91,7 +91,6 @@ def solved(case: Case, place: tuple[float, Array, Array, bool]) -> Sample:
 
 
 def _solved_on(case: Case, place: tuple[float, Array, Array, bool], cells: int) -> Sample:
-    """Solution on so many cells a side."""
     depth, half_widths, center, sure = place
     options: Plain = {
         "depths": depth,

@@ -102,7 +102,6 @@ def _bracket(
     resolved: float,
     near: bool,
 ) -> _Nodes:
-    """The curve on log-spaced radii, from below all targets to above."""
     step = 10 ** (1 / PER_DECADE)
     decade = np.asarray(step ** np.arange(PER_DECADE), dtype=float)
     # large radii cost most: there, about the guess alone
@@ -113,54 +112,43 @@ def _bracket(
         below = np.exp(nodes.x[0]) / (step * decade[::-1])
         nodes = _sample(evaluate, quantity, below).joined(nodes)
     else:
-        raise _out_of_range(quantity, float(wanted.min()), "small")
+        raise _refused(quantity, float(wanted.min()), _out_of_range("small"))
     for _ in range(4 * _MOST_DECADES):
         if nodes.value.max() >= wanted.max() * (1 - ROUNDING):
             return nodes
         last = float(np.exp(nodes.x[-1]))
+        most = f"{quantity} is {text(float(nodes.value.max()), UNITS[quantity])}"
         if last >= reach * (1 - ROUNDING):
-            raise _beyond(quantity, float(wanted.max()), reach, float(nodes.value.max()))
+            why = (
+                f"is beyond this indenter: its shape ends at the radius {text(reach, 'm')}, where the {most}. Ask for less, or "
+                "give the shape further out."
+            )
+            raise _refused(quantity, float(wanted.max()), why)
         if last >= resolved * (1 - ROUNDING):
-            bad = _unresolved(quantity, float(wanted.max()), resolved, float(nodes.value.max()))
+            why = (
+                f"needs a contact radius above {text(resolved, 'm')}, the largest that is solved on this medium; there the "
+                f"{most}. Check the units of {quantity}, thickness and modulus, or ask for less."
+            )
+            bad = _refused(quantity, float(wanted.max()), why)
             raise UnresolvedLayer(str(bad)) from bad
         # no further than needed, the cost of a radius grows with it
-        most = min(reach, resolved)
         # extrapolated by the growth of the curve
         left = np.log(wanted.max() / nodes.value[-1]) / nodes.growth[-1] if nodes.growth[-1] > 0 else np.inf
         # how far the grid goes, in ln a, beyond the radius at which the growth of the curve puts the largest target
         enough = last * np.exp(min(left + 0.03, 1.0))
-        above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, most)))
+        above = np.unique(np.minimum(last * step ** np.arange(1, 4), min(enough, reach, resolved)))
         nodes = nodes.joined(_sample(evaluate, quantity, above))
-    raise _out_of_range(quantity, float(wanted.max()), "large")
+    raise _refused(quantity, float(wanted.max()), _out_of_range("large"))
 
 
-def _out_of_range(quantity: Quantity, wanted: float, size: str) -> BadValue:
-    return BadValue(
-        quantity,
-        text(wanted, UNITS[quantity]),
+def _refused(quantity: Quantity, wanted: float, why: str) -> BadValue:
+    return BadValue(quantity, text(wanted, UNITS[quantity]), why)
+
+
+def _out_of_range(size: str) -> str:
+    return (
         f"is too {size}: no contact radius within {_MOST_DECADES} decades of the "
-        "expected one belongs to it. Check the units, or prescribe the radius instead.",
-    )
-
-
-def _unresolved(quantity: Quantity, wanted: float, resolved: float, most: float) -> BadValue:
-    unit = UNITS[quantity]
-    return BadValue(
-        quantity,
-        text(wanted, unit),
-        f"needs a contact radius above {text(resolved, 'm')}, the largest that is solved on "
-        f"this medium; there the {quantity} is {text(most, unit)}. Check the units of {quantity}, thickness and modulus, or ask "
-        "for less.",
-    )
-
-
-def _beyond(quantity: Quantity, wanted: float, reach: float, most: float) -> BadValue:
-    unit = UNITS[quantity]
-    return BadValue(
-        quantity,
-        text(wanted, unit),
-        f"is beyond this indenter: its shape ends at the radius {text(reach, 'm')}, where the "
-        f"{quantity} is {text(most, unit)}. Ask for less, or give the shape further out.",
+        "expected one belongs to it. Check the units, or prescribe the radius instead."
     )
 
 

@@ -135,7 +135,6 @@ def _regrown(memory: Memory, relaxation: Relaxation, contact: Array, top: int) -
 
 
 def _regained(memory: Memory, contact: Array, depth: Array, top: int) -> bool:
-    """Whether the first point of contact meets the tip again after it was lost."""
     lost = np.flatnonzero(contact[top + 1 :] <= 0) + top + 1
     if not lost.size or (depth[lost] <= 0).all():
         return False

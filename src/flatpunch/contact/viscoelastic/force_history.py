@@ -131,8 +131,6 @@ class _Follower:
 
 
 class _Driven:
-    """Springs of which the force is prescribed."""
-
     def __init__(self, springs: Springs, most: float) -> None:
         self.springs, self.most, self.rate = springs, most, 0.0
 

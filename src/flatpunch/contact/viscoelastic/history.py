@@ -78,7 +78,6 @@ def solve(
 
 
 def _of_springs(medium: Body) -> tuple[str, ...]:
-    """Note that springs of interfaces relax, if there are any."""
     faces = [layer.face for _, body in medium.sides for layer in body.layers]
     if not any(face.normal or face.shear for face in faces):
         return ()

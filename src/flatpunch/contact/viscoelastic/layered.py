@@ -49,7 +49,6 @@ _MOST = 30_000
 
 
 def _operational(relaxation: Prony | None, s: float) -> float:
-    """s psi(s) of the Laplace transform."""
     if relaxation is None:
         return 1.0
     turn = s * np.array(relaxation.times)
@@ -291,7 +290,6 @@ def _error_of_rings(case: _Case, instant: list[float], given: slice) -> Array:
 
 
 def _elastic(kernel: Kernel, indenter: Indenter, control: Control) -> tuple[Array, Array, Array]:
-    """Depth [m], force [N] and stiffness [N/m] of an elastic contact."""
     if indenter.flat:
         stiffness = np.full(control.values.size, punch_stiffness(kernel, np.array([indenter.reach]))[0])
         depth = control.values if control.name == "depth" else control.values / stiffness

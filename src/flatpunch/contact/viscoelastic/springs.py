@@ -325,7 +325,6 @@ class Springs:
 
 
 def _along(modes: Array, share: Array) -> Array:
-    """Sum over the modes of each spring."""
     return np.asarray(np.einsum("ij,ij->i", modes, share))
 
 
