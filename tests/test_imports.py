@@ -34,9 +34,9 @@ _INSIDE = {
     ],
     "bem": [
         {"grid"},
-        {"operator", "height", "outline"},
+        {"operator", "outline"},
         {"solver"},
-        {"solution", "bounding_box", "resources"},
+        {"solution", "bounding_box"},
         {"curves", "flat_punch"},
         {"__init__"},
     ],
@@ -56,7 +56,7 @@ _INSIDE = {
         {"__init__"},
     ],
     "stresses": [
-        {"bodies", "invariants", "loads", "rectangle"},
+        {"bodies", "loads", "rectangle"},
         {"axisymmetric"},
         {"cells"},
         {"sources"},

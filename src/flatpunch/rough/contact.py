@@ -13,8 +13,8 @@ from flatpunch._support.checks import ROUNDING, Array, Flags, Values, refused_ov
 from flatpunch._support.prefixes import text
 from flatpunch._support.record import record
 from flatpunch._version import __version__
-from flatpunch.bem.resources import fitting_threads
 from flatpunch.bem.solution import check_tolerance
+from flatpunch.bem.solver.levels import fitting_threads
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.compliances.uniform import uniform_compliance
 from flatpunch.contact.curve import few, first_failure, percent

@@ -17,7 +17,7 @@ from flatpunch import bem
 from flatpunch._support.ceilings import AT_ONCE
 from flatpunch._support.checks import Array, Indices
 from flatpunch._support.paths import Plain
-from flatpunch.bem.height import IndenterHeight
+from flatpunch.bem.grid import IndenterHeight
 from flatpunch.bem.solution import reaches_end
 from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import FEW_ANGLES, Control
