@@ -9,7 +9,7 @@ import tomllib
 import pytest
 
 from flatpunch.app.form import form_of
-from flatpunch.app.jobs.correct import correct_modulus
+from flatpunch.app.jobs.formulas import correct_modulus
 from flatpunch.app.jobs.press import press, warm_up
 from flatpunch.files import shipped_cases
 

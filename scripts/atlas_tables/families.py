@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import one_of
 from flatpunch.atlas.panel import Parameter
 from flatpunch.media import (
     Body,

@@ -89,13 +89,13 @@ from .media import (
     TwoBodies,
     homogenised,
 )
-from .plots.curve import plot_curve
 from .plots.design import plot_design
 from .plots.fields import plot_fields
 from .plots.indenter import plot_tip
 from .plots.medium import plot_medium
 from .plots.outline import plot_outline
 from .plots.pressure import plot_pressure
+from .plots.result import plot_curve
 from .plots.rough import plot_rough
 from .plots.sensitivity import plot_sensitivity
 from .punch import flat_punch

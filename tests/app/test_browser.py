@@ -34,7 +34,7 @@ api = pytest.importorskip("playwright.sync_api", reason="needs Playwright: pip i
 def address():
     """A page that is served, with one process ready, as `serve` does."""
     page = Page()
-    page.workers.submit("press:warm_up").wait(LIMITS.start)
+    page.workers.submit("press:warm_up").wait(LIMITS.silent)
     with AppServer(page, port=0) as server:
         thread = threading.Thread(target=lambda: server.serve_forever(poll_interval=0.05))
         thread.start()

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from flatpunch.app.form import FormError, case_text, form_of
 from flatpunch.app.jobs.fit import fit_curve, preview
-from flatpunch.app.uploads import Upload, Uploads
+from flatpunch.app.store import Upload, Uploads
 from flatpunch.cli.app import app
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"

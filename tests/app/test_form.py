@@ -9,12 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from flatpunch.app.form import FormError, address_of, case_data, case_text, fields_of, form_of
+from flatpunch.app.form import FormError, address_of, case_data, case_text, fields_of, form_of, toml_text
+from flatpunch.app.jobs.common import case_of, explained, field_of
 from flatpunch.app.jobs.press import press
-from flatpunch.app.plain import case_of
-from flatpunch.app.problems import explained, field_of
 from flatpunch.app.tables import page_tables
-from flatpunch.app.toml import toml_text
 from flatpunch.files import read_case, shipped_cases
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -125,7 +125,7 @@ def test_a_request_that_never_ends_is_ended(server, monkeypatch):
     """However regularly it sends: in the body, and in the headers."""
     from flatpunch.app import server as module
 
-    monkeypatch.setattr(module, "LIMITS", dataclasses.replace(LIMITS, arrival=0.5))
+    monkeypatch.setattr(module, "LIMITS", dataclasses.replace(LIMITS, longest=0.5))
     for beginning in (
         b"POST /api/case HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100000\r\n\r\n",
         b"GET / HTTP/1.1\r\nX: ",

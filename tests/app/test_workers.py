@@ -34,7 +34,7 @@ def test_jobs_end_where_no_process_can_be_had(pool, monkeypatch, how):
         monkeypatch.setattr(workers, "_prepare_in", unloadable)
     jobs = [pool.submit("press:warm_up") for _ in range(3)]
     for job in jobs:
-        assert job.wait(LIMITS.start)
+        assert job.wait(LIMITS.silent)
         assert job.state == "failed"
         assert "could not be started" in job.outcome
 

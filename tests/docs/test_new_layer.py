@@ -16,7 +16,7 @@ import matplotlib
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.app.plain import case_of
+from flatpunch.app.jobs.common import case_of
 from flatpunch.app.tables import page_tables
 from flatpunch.media.paths import numbers
 

@@ -17,7 +17,7 @@ import numpy as np
 import scipy
 
 import flatpunch as fp
-from flatpunch.app.plain import case_of
+from flatpunch.app.jobs.common import case_of
 from flatpunch.app.tables import page_tables
 from flatpunch.files.descriptions import words
 

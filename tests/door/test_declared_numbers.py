@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 
 import flatpunch as fp
-from flatpunch._support.case_kinds import KINDS
-from flatpunch._support.numbers import Number, arguments
+from flatpunch._support.declared import KINDS, Number, arguments
 from flatpunch.files.tables import indenters, media  # noqa: F401  (all kinds are known once their tables are)
 from flatpunch.media import AnyLayer, Body, Interface
 from flatpunch.media.laws import LAWS, Constant

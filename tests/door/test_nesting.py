@@ -4,7 +4,7 @@ import tomllib
 
 import pytest
 
-from flatpunch.files.nesting import DEEPEST, check_nesting
+from flatpunch.files.cases import DEEPEST, check_nesting
 
 DEEP = "[" * (DEEPEST + 1) + "]" * (DEEPEST + 1)
 TEXTS = (

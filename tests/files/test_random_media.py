@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.app.form import case_text, form_of
-from flatpunch.app.plain import case_of
-from flatpunch.app.toml import toml_text
+from flatpunch.app.form import case_text, form_of, toml_text
+from flatpunch.app.jobs.common import case_of
 from flatpunch.files.cases import case_from
 
 Pair = tuple[dict[str, Any], Any]

@@ -3,7 +3,7 @@
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.files.summary import curve_table
+from flatpunch.files.descriptions import curve_table
 
 
 def test_areas_are_written_without_powers_of_ten():

@@ -5,9 +5,8 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.indenters import Rounded, Truncated
-from flatpunch.indenters.geometry.angular_harmonics import AngularHarmonics
-from flatpunch.indenters.geometry.angular_mean import AngularRule, GeometricMean, angular_mean
-from flatpunch.indenters.geometry.symmetry import different_rays
+from flatpunch.indenters.geometry.angles import AngularHarmonics, AngularRule, GeometricMean, angular_mean
+from flatpunch.indenters.geometry.features import different_rays
 
 CROSSED = {
     "rounded": Rounded(fp.Pyramid(3, 0.5), 0.2, true_sphere=False),

@@ -10,8 +10,8 @@ from scipy.optimize import minimize
 
 import flatpunch as fp
 from flatpunch.indenters import angular_rule, first_fall
-from flatpunch.indenters.geometry.angular_mean import AngularMean
-from flatpunch.indenters.shapes.facets import face_gradients
+from flatpunch.indenters.geometry.angles import AngularMean
+from flatpunch.indenters.shapes.pointed import face_gradients
 
 HALF_SPACE = fp.HalfSpace(1e9, 0.3)
 seeded = settings(max_examples=40, derandomize=True, deadline=None)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import flatpunch as fp
 from flatpunch.contact.finite_strain.caps import Capped, place_of
 from flatpunch.contact.finite_strain.tables import ANGLES, DEEP, POISSON
-from flatpunch.indenters.shapes.facets import face_gradients
+from flatpunch.indenters.shapes.pointed import face_gradients
 from support.large_strain import GEL, LAW, POINTS, H, cone
 
 

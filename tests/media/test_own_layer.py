@@ -17,10 +17,10 @@ import xarray as xr
 import flatpunch as fp
 from flatpunch import kernels
 from flatpunch.app.form import form_of
-from flatpunch.app.plain import case_of as plain_case_of
-from flatpunch.app.sketch import sketch
+from flatpunch.app.jobs.common import case_of as plain_case_of
+from flatpunch.app.jobs.press import sketch
 from flatpunch.app.tables import page_tables
-from flatpunch.compliances.uniform import uniform_compliance
+from flatpunch.compliances.response import uniform_compliance
 from flatpunch.files.descriptions import describe_bodies
 from flatpunch.media.paths import value_of, with_values
 from support.rubber import RubberLayer
@@ -290,6 +290,6 @@ def test_messages_of_its_case_file(tmp_path: Path, old: str, new: str, message: 
 
 
 def test_plug_in_by_numbers(tmp_path: Path) -> None:
-    from flatpunch.plugins.nanite import write_nanite_model
+    from flatpunch.plugins.force_models import write_nanite_model
 
     runpy.run_path(str(write_nanite_model(tmp_path / "model.py", gel(RubberLayer), TIP)))

@@ -76,14 +76,6 @@ def _workers():
     return found
 
 
-@pytest.mark.long
-def test_processes_of_long_studies_are_replaced(monkeypatch):
-    monkeypatch.setattr("flatpunch.parallel.calls.RETIRED", 1)
-    # long enough to be handed out one by one
-    found = solve_points(functions.slowly_in_process, range(6), workers=2)
-    assert len({outcome.numbers["pid"] for outcome in found.values()}) > 2
-
-
 def test_groups_share_a_process():
     points = [(group, 1, i) for i in range(4) for group in "ab"]
     found = solve_points(functions.which_process, points, workers=2, group=functions.group_of, cost=functions.cost_of)

@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import flatpunch as fp
-from flatpunch.plots import adhesion as plots_adhesion
+from flatpunch.plots import loops
 from flatpunch.plots import result as plots
 
 GEL = fp.Medium([fp.Layer(young=3e3, poisson=0.48, thickness=1e-6)], base=fp.RigidBase())
@@ -27,11 +27,11 @@ def axes():
 def test_loop_marks_its_jumps(axes, control):
     largest = {"depth": 1e-7, "force": 1e-9}[control]
     result = fp.indent(GEL, BALL, work_of_adhesion=WORK, **{control: largest * np.array([0.5, 1.0])})
-    cycle = plots_adhesion.loop_of(result, GEL, BALL)
+    cycle = loops.loop_of(result, GEL, BALL)
     assert cycle is not None
     assert cycle.attrs["control"] == control
     assert float(cycle[control].max()) == pytest.approx(largest, rel=1e-15)
-    plots_adhesion.loop(cycle, axes)
+    loops.loop(cycle, axes)
     labels = [text.get_text() for text in axes.get_legend().get_texts()]
     assert [label.split(":")[0] for label in labels] == ["withdrawal", "approach", "jump-in", "pull-off"]
     assert all(line.get_linestyle() in ("-", "None") for line in axes.lines)

@@ -8,7 +8,7 @@ import pytest
 from flatpunch.fits import ForwardModel, fit, read_curve
 from flatpunch.indenters import Cone, EllipticParaboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
-from flatpunch.plugins.nanite import write_nanite_model
+from flatpunch.plugins.force_models import write_nanite_model
 
 GEL = Medium([Layer(5e3, 0.5, 2e-6)], RigidBase())
 FILM = Medium([Layer(5e3, 0.4, 2e-6)], HalfSpace(2e4, 0.22))

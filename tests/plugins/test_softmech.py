@@ -12,7 +12,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.fits import ForwardModel
-from flatpunch.plugins.softmech import write_softmech_model
+from flatpunch.plugins.force_models import write_softmech_model
 
 GEL = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], fp.RigidBase())
 FILM = fp.Medium([fp.Layer(5e3, 0.4, 2e-6)], fp.HalfSpace(2e4, 0.22))

@@ -10,7 +10,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.contact.refined import refinement as refinement_module
 from flatpunch.indenters import Rounded, Truncated
-from flatpunch.indenters.geometry.flat_end import flat_radius
+from flatpunch.indenters.geometry.features import flat_radius
 
 FILM_10 = fp.Medium([fp.Layer(10.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))
 FILM_50 = fp.Medium([fp.Layer(50.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.3))

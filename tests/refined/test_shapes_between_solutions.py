@@ -8,7 +8,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.contact.refined.refinement import refinement
 from flatpunch.indenters import Cone, Pyramid
-from flatpunch.indenters.geometry.edges import place_of, wedges_of
+from flatpunch.indenters.geometry.features import place_of, wedges_of
 from support.known_outlines import distance
 
 

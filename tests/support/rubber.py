@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
-from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array
-from flatpunch._support.numbers import a_pressure
+from flatpunch._support.declared import a_pressure, in_case_files
 from flatpunch._support.readable import readable
 from flatpunch.media import AnyLayer, Interface, Isotropic
 from flatpunch.media.material import Thickness

@@ -2,24 +2,45 @@
 
 Every public number passes `real` (one number) or `numbers` (an array). Both take what is a real number and refuse the rest:
 texts, truth values, complex numbers, times of a calendar, masked entries, NaN and infinity. Quantities with a unit (pint,
-astropy, unyt: whatever has a method `to`) are converted to the SI unit of the argument, which checks their dimension.
+astropy, unyt: whatever has a method `to`) are converted to the SI unit of the argument, which checks their dimension. Words,
+lists of objects and mappings are tested by their type first, since comparing arrays, quantities or data sets raises errors.
+
+The largest sizes of a problem are far above what a contact needs: beyond them memory or time run out.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from typing import Any, NamedTuple, NoReturn, Protocol
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from typing import Any, NamedTuple, NoReturn, Protocol, TypeGuard, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.ceilings import NUMBERS
+STEPS = 1_000_000
+"""Largest number of steps of a curve, or times of a history: 100 MB of results without outlines."""
+ANGLES = 100_000
+"""Polar angles of an outline at most."""
+SIDES = 100
+"""Faces of a pyramid at most: beyond, it is its round limit to 2e-4, which takes a hundred times less."""
+LAYERS = 2000
+"""Layers of a body at most: C(k) takes time in proportion, about a second for each solved radius at this number."""
+CELLS = 4096
+"""Cells along a side in boundary elements at most: 16 million cells take some GB."""
+POINTS = 200_000
+"""Points of a sweep or of a table of the atlas at most."""
+NUMBERS = 50_000_000
+"""Numbers of one argument, or steps times angles of one result, at most: 400 MB."""
+AT_ONCE = 2_000_000
+"""Numbers of one intermediate array: larger sums are made in parts. Half or twice as many cost no time."""
+INSIDE = AT_ONCE
+"""Points inside a body at which fields are wanted in one call, at most: about 2 GB of arrays."""
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 
 class ArrayOfNumbers(Protocol):
@@ -30,8 +51,6 @@ class ArrayOfNumbers(Protocol):
 
 Values = float | Sequence[float] | ArrayOfNumbers
 """One number or several, as users give them."""
-
-Indices = NDArray[np.intp]
 
 SMALLEST, LARGEST = 1e-50, 1e50
 """Range of quantities with a dimension [SI]: products of several of them, as the theory forms, stay within floating point."""
@@ -146,31 +165,32 @@ def real(name: str, value: object, unit: str | None = None) -> float:
 
 def positive(name: str, value: object, hint: str = "", *, unit: str | None = None) -> float:
     """Return `value` as a float > 0."""
-    number = real_or_hint(name, value, "> 0", hint, unit)
-    if number <= 0:
-        raise BadValue(name, repr(number), f"must be finite and > 0. {hint}")
-    return number
+    return _bounded(name, value, hint, unit, zero=False)
 
 
 def non_negative(name: str, value: object, hint: str = "", *, unit: str | None = None) -> float:
     """Return `value` as a float >= 0."""
-    number = real_or_hint(name, value, ">= 0", hint, unit)
-    if number < 0:
-        raise BadValue(name, repr(number), f"must be finite and >= 0. {hint}")
+    return _bounded(name, value, hint, unit, zero=True)
+
+
+def _bounded(name: str, value: object, hint: str, unit: str | None, *, zero: bool) -> float:
+    condition = ">= 0" if zero else "> 0"
+    number = real_or_hint(name, value, condition, hint, unit)
+    if number < 0 or (number == 0 and not zero):
+        raise BadValue(name, repr(number), f"must be finite and {condition}. {hint}")
     return number
 
 
 def real_or_hint(name: str, value: object, condition: str, hint: str, unit: str | None = None) -> float:
     """Return `value` as a finite float; the message for NaN and infinity repeats the whole condition."""
-    number = _infinite(value)
-    if number is not None:
-        raise BadValue(name, repr(number), f"must be finite and {condition}. {hint}")
+    if _infinite(value):
+        raise BadValue(name, repr(float(value)), f"must be finite and {condition}. {hint}")
     return real(name, value, unit)
 
 
 def whole(name: str, value: object, least: int, hint: str = "", *, most: int | None = None) -> int:
     """Return `value` as a whole number, `least` or more, and `most` or less."""
-    number = math.nan if _infinite(value) is not None else real(name, value, "1")
+    number = math.nan if _infinite(value) else real(name, value, "1")
     if not number >= least or number != int(number):
         raise BadValue(name, shown(value), f"must be a whole number of at least {least}. {hint}")
     if most is not None and number > most:
@@ -202,28 +222,25 @@ def values(
     given = numbers(name, value, unit)
     array = np.atleast_1d(given)
     if array.ndim != 1 or array.size == 0:
-        raise BadValue(
-            name, "", f"has shape {array.shape}; it must be a number or a non-empty one-dimensional sequence."
-        )
+        wanted = "it must be a number or a non-empty one-dimensional sequence."
+        raise BadValue(name, "", f"has shape {array.shape}; {wanted}")
     bad = ~np.isfinite(array) | ((array <= minimum) if strict else (array < minimum))
     if bad.any():
-        i = int(np.argmax(bad))
         condition = "" if minimum == -np.inf else f" and {'>' if strict else '>='} {minimum:g}"
-        raise BadValue(_entry(name, given, i), repr(float(array[i])), f"must be finite{condition}.")
+        raise _bad_entry(name, given, bad, f"must be finite{condition}.")
     if _has_dimension(unit):
         far = (array != 0) & ((np.abs(array) < smallest) | (np.abs(array) > LARGEST))
         if far.any():
-            i = int(np.argmax(far))
-            raise BadValue(_entry(name, given, i), repr(float(array[i])), _out_of_range(unit))
+            raise _bad_entry(name, given, far, _out_of_range(unit))
     return array
 
 
 def point(name: str, value: object, unit: str) -> tuple[float, float]:
     """Return a pair of finite numbers, such as a point of the surface."""
-    pair = values(name, value, minimum=-np.inf, unit=unit, smallest=0.0)
-    if pair.size != 2:
-        raise BadValue(name, shown(value), f"must be a pair of two numbers, got {pair.size}.")
-    return float(pair[0]), float(pair[1])
+    pair = values(name, value, minimum=-np.inf, unit=unit, smallest=0.0).tolist()
+    if len(pair) != 2:
+        raise BadValue(name, shown(value), f"must be a pair of two numbers, got {len(pair)}.")
+    return pair[0], pair[1]
 
 
 def numbers(name: str, value: object, unit: str | None = None) -> Array:
@@ -238,9 +255,7 @@ def numbers(name: str, value: object, unit: str | None = None) -> Array:
     except (TypeError, ValueError, RuntimeError):  # what array libraries raise for what has no form as a NumPy array
         _no_number(name, bare)
     if array.dtype.kind == "O":
-        if array.ndim == 0:
-            return np.array(real(name, array.item(), unit))
-        return _from_sequence(name, list(array), unit)
+        return _from_sequence(name, list(array), unit) if array.ndim else np.array(real(name, array.item(), unit))
     if array.dtype.kind not in "fiu":
         _no_number(name, bare)
     if array.size > NUMBERS:  # before it is copied: views may be of any size
@@ -251,10 +266,8 @@ def numbers(name: str, value: object, unit: str | None = None) -> Array:
 
 def _from_sequence(name: str, value: Sequence[object], unit: str | None) -> Array:
     if set(map(type, value)) <= _PLAIN:
-        try:
+        with suppress(OverflowError):
             return np.array(value, dtype=float)
-        except OverflowError:
-            pass
     entries = [numbers(f"{name}[{i}]", entry, unit) for i, entry in enumerate(value)]
     if len({entry.shape for entry in entries}) > 1:
         raise BadValue(name, "", "has entries of different lengths; it must be a number, a sequence or a full table.")
@@ -274,11 +287,9 @@ def _bare(name: str, value: object, unit: str | None) -> Any:
     # quantities and labelled arrays may hold masked ones
     if not isinstance(value, np.ma.MaskedArray):
         return value
-    masked = int(np.ma.getmaskarray(value).sum())
-    if masked:
-        raise BadValue(
-            name, "", f"has {masked} masked entries, which are no numbers. Leave them out: values.compressed()."
-        )
+    if masked := int(np.ma.getmaskarray(value).sum()):
+        remedy = "Leave them out: values.compressed()."
+        raise BadValue(name, "", f"has {masked} masked entries, which are no numbers. {remedy}")
     return np.ma.getdata(value)
 
 
@@ -295,9 +306,8 @@ def _converted(name: str, value: Any, unit: str | None) -> Any:
     return plain.magnitude if hasattr(plain, "magnitude") else plain.value
 
 
-def _infinite(value: object) -> float | None:
-    """The value where it is a plain float that is not finite."""
-    return float(value) if isinstance(value, (float, np.floating)) and not math.isfinite(value) else None
+def _infinite(value: object) -> TypeGuard[float]:
+    return isinstance(value, (float, np.floating)) and not math.isfinite(value)
 
 
 def _no_number(name: str, value: object) -> NoReturn:
@@ -322,16 +332,14 @@ def _out_of_range(unit: str | None) -> str:
     )
 
 
-def _entry(name: str, given: Array, i: int) -> str:
-    return name if given.ndim == 0 else f"{name}[{i}]"
+def _bad_entry(name: str, given: Array, bad: Flags, text: str) -> BadValue:
+    i = int(np.argmax(bad))
+    return BadValue(f"{name}[{i}]" if given.ndim else name, repr(float(given.ravel()[i])), text)
 
 
 @contextmanager
 def refused_overflow() -> Iterator[None]:
-    """Turn over- and underflows, and arrays beyond the memory, into a ValueError with the remedy; usable as a decorator.
-
-    Where NumPy would warn, a case has left what can be computed: the code expects none outside the places that say so themselves.
-    """
+    """Turn over- and underflows, and arrays beyond the memory, into a ValueError with the remedy; usable as a decorator."""
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield
@@ -340,3 +348,52 @@ def refused_overflow() -> Iterator[None]:
             "The numbers of this case overflow, or differ by more than can be computed: moduli, lengths, or the depth against "
             "the tip. Check the units."
         ) from error
+
+
+Word = TypeVar("Word", bound=str)
+Kind = TypeVar("Kind")
+
+
+def follows(value: object, *kinds: type) -> bool:
+    """Whether a value is what its annotation says; callers need not follow it, and type checkers take it for granted."""
+    return isinstance(value, kinds)
+
+
+def one_of(
+    name: str,
+    value: Word,
+    known: Collection[str],
+    hint: str = "",
+    *,
+    wrong: str = "is unknown",
+    error: type[ValueError] | None = None,
+) -> Word:
+    """Return a word that is among those known; else a BadValue, or `error`, lists these."""
+    if not follows(value, str) or value not in known:
+        wanted = BadValue(name, shown(value), f"{wrong}; it is one of {', '.join(map(repr, known))}. {hint}")
+        raise wanted if error is None else error(str(wanted))
+    return value
+
+
+def listed(name: str, value: Kind | Sequence[Kind], kind: type[Kind], written: str) -> list[Kind]:
+    """Return one object of a kind, or several, as a list; `written` is how a list of them is described."""
+    if isinstance(value, kind):
+        return [value]
+    if not isinstance(value, Sequence) or not all(isinstance(entry, kind) for entry in value):
+        raise TypeError(f"{name} = {shown(value)} must be a list of {written}.")
+    return list(value)
+
+
+def instance(name: str, value: object, kinds: tuple[type, ...], written: str) -> None:
+    """Refuse what is none of some kinds; `written` says in words what is expected."""
+    if not isinstance(value, kinds):
+        raise TypeError(f"{name} = {shown(value)} must be {written}.")
+
+
+def mapping(name: str, value: object, example: str) -> Mapping[str, object]:
+    """Return a mapping, empty for None; a TypeError if it is something else."""
+    if value is None:
+        return {}
+    if not isinstance(value, Mapping):
+        raise TypeError(f"{name} = {shown(value)} must be a mapping, such as {example}.")
+    return value

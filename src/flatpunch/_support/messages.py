@@ -14,8 +14,7 @@ import traceback
 from pathlib import Path
 
 from flatpunch._support.checks import Problem, brief
-from flatpunch._support.command_files import Conflict
-from flatpunch._support.reading import shown_path
+from flatpunch._support.reading import Conflict, shown_path
 from flatpunch._support.whole_file import NotWritten
 
 TRACEBACK = "FLATPUNCH_TRACEBACK"

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.ceilings import POINTS
-from flatpunch._support.checks import BadValue, shown
+from flatpunch._support.checks import POINTS, BadValue, shown
 
 Plain = dict[str, Any]
 """Plain data by name, as TOML and JSON hold it: texts, numbers, truth values, lists, and more of these."""

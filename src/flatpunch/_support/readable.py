@@ -1,8 +1,8 @@
-"""How objects show themselves: one line as `repr`, a table with units as `str` and in notebooks.
+"""How objects show themselves: one line as `repr`, a table with units as `str` and in notebooks, a record in result files.
 
-`readable` gives a dataclass all three. A class whose table is not simply its fields defines `_table_`, which returns a `Table`;
-one whose line is not simply its constructor defines `_line_`; one that has some fields in some cases only names in `_absent_`
-those that are not shown.
+`readable` gives a dataclass the first three. A class whose table is not simply its fields defines `_table_`, which returns a
+`Table`; one whose line is not simply its constructor defines `_line_`; one that has some fields in some cases only names in
+`_absent_` those that are not shown.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
-from flatpunch._support.numbers import number_of
+from flatpunch._support.declared import number_of
 from flatpunch._support.prefixes import text
 
 UNITS = {
@@ -158,3 +158,30 @@ def _short(value: object) -> str:
     if callable(value) and not dataclasses.is_dataclass(value):
         return f"<function {getattr(value, '__qualname__', type(value).__name__)}>"
     return " ".join(repr(value).split())
+
+
+def record(thing: object) -> Any:
+    """Return dataclasses as {"type": name, field: ...}, arrays and tuples as lists, numbers as they are.
+
+    Functions, and objects of classes that are no dataclasses, are recorded by their name: they cannot be read back.
+    """
+    if hasattr(thing, "recorded") and not isinstance(thing, type):
+        # it stands for another, which says more to a reader
+        return record(thing.recorded)
+    if dataclasses.is_dataclass(thing) and not isinstance(thing, type):
+        fields = {f.name: record(getattr(thing, f.name)) for f in dataclasses.fields(thing) if f.init or f.repr}
+        return {"type": type(thing).__name__, **fields}
+    if isinstance(thing, np.ndarray):
+        return thing.tolist()
+    if isinstance(thing, dict):
+        return {name: record(value) for name, value in thing.items()}
+    if isinstance(thing, (list, tuple)):
+        return [record(entry) for entry in thing]
+    if isinstance(thing, np.generic):
+        return thing.item()
+    if callable(thing):
+        return f"function {getattr(thing, '__qualname__', type(thing).__name__)}"
+    if thing is None or isinstance(thing, (bool, int, float, str)):
+        return thing
+    # a shape or medium of the user's own: by its name, like a function
+    return {"type": type(thing).__name__}

@@ -24,8 +24,7 @@ from contextlib import contextmanager, suppress
 from functools import lru_cache
 from pathlib import Path
 
-from flatpunch._support.command_files import note_output
-from flatpunch._support.reading import shown_path
+from flatpunch._support.reading import note_output, shown_path
 
 UNFINISHED = ".unfinished-"
 """How temporary names begin; machine, process and eight random letters follow."""

@@ -5,22 +5,137 @@
 `case_text` turns them into the text of a case file, `form_of` a case file into fields. A text in brackets is taken as TOML, so
 that every value of a case file has a place: `{ law = "linear", top = "5 kPa", bottom = "9 kPa" }` as a modulus. Tables for which
 the page has no fields stay as lines of TOML in the field `more`. What a fit looks for has the fields .fit ("on"), .min and .max.
+
+Strengths and residual stresses are beside the layer they belong to, so that they move with it: layers.0.stress.yield_stress. In a
+case file they are lists in [stress], from the surface down, the base last.
 """
 
 from __future__ import annotations
 
+import json
+import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 from urllib.parse import parse_qsl, urlencode
 
-from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import Problem
+from flatpunch._support.checks import LAYERS, Problem
 from flatpunch._support.paths import Plain
-from flatpunch.app.strengths import strengths_form, with_strengths
-from flatpunch.app.toml import toml_text, toml_value
-from flatpunch.files.nesting import check_nesting
+from flatpunch.files.cases import check_nesting
+from flatpunch.files.tables.stress import StrengthTable
+
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
+
+
+def toml_text(data: Plain) -> str:
+    """Return tables as TOML: single values first, then a [table] for each dict, a [[table]] for each of a list of them."""
+    single = {name: value for name, value in data.items() if not _is_table(value)}
+    tables = {name: value for name, value in data.items() if _is_table(value)}
+    blocks = [_lines(single)] if single else []
+    for name, value in tables.items():
+        for table in [value] if isinstance(value, Mapping) else value:
+            brackets = ("[", "]") if isinstance(value, Mapping) else ("[[", "]]")
+            blocks.append("\n".join([_key(name).join(brackets), *([_lines(table)] if table else [])]))
+    return "\n\n".join(blocks) + "\n" if blocks else ""
+
+
+def toml_value(value: object) -> str:
+    """Return one value on one line."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        # the escapes of JSON are those of TOML, which escapes one character more
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, float):
+        return repr(value) if math.isfinite(value) else "nan" if math.isnan(value) else f"{'-' * (value < 0)}inf"
+    if isinstance(value, Mapping):
+        return f"{{ {', '.join(_pairs(value))} }}" if value else "{}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(toml_value, value))}]"
+    return value.isoformat() if hasattr(value, "isoformat") else str(value)
+
+
+def _is_table(value: object) -> bool:
+    return isinstance(value, Mapping) or (
+        isinstance(value, list) and bool(value) and all(isinstance(entry, Mapping) for entry in value)
+    )
+
+
+def _lines(table: Mapping[str, object]) -> str:
+    return "\n".join(_pairs(table))
+
+
+def _pairs(table: Mapping[str, object]) -> Iterator[str]:
+    return (f"{_key(name)} = {toml_value(value)}" for name, value in table.items())
+
+
+def _key(name: str) -> str:
+    return name if _BARE.fullmatch(name) else toml_value(name)
+
+
+STRENGTHS = tuple(StrengthTable.model_fields)
+"""Names of the strengths of a layer."""
+
+_RESIDUAL = "residual_stress"
+_NO_STRESS = "0 Pa"
+
+
+def with_strengths(stress: Mapping[str, object], fields: Mapping[str, str], layers: int) -> Plain:
+    """Return the table [stress] with the strengths and residual stresses of the form, which has so many layers."""
+    owners = _owners(fields, layers)
+    given = [{name: text for name in STRENGTHS if (text := fields.get(f"{owner}.stress.{name}"))} for owner in owners]
+    residual = [fields.get(f"{owner}.stress.{_RESIDUAL}", "") for owner in owners]
+    found = dict(stress)
+    if any(given):
+        found["strengths"] = _without_end(given)
+    if any(residual):
+        # every layer has its entry; the base may be left out
+        found[_RESIDUAL] = [text or _NO_STRESS for text in (residual if residual[-1] else residual[:-1])]
+    return found
+
+
+def strengths_form(stress: Mapping[str, object], layers: int) -> tuple[Plain, dict[str, str]]:
+    """Return what is left of the table [stress] of a case file, and the fields of its strengths and residual stresses."""
+    rest: Plain = dict(stress)
+    found: dict[str, str] = {}
+    owners = [*(f"layers.{i}" for i in range(layers)), "base"]
+    strengths, residual = rest.get("strengths", ()), rest.get(_RESIDUAL, ())
+    if _fits(strengths, Mapping, owners):
+        del rest["strengths"]
+        for owner, strength in zip(owners, strengths, strict=False):
+            found |= {f"{owner}.stress.{name}": str(value) for name, value in strength.items()}
+    if _fits(residual, str, owners) and len(residual) >= layers:
+        del rest[_RESIDUAL]
+        found |= {f"{owner}.stress.{_RESIDUAL}": text for owner, text in zip(owners, residual, strict=False)}
+    return rest, found
+
+
+def strength_place(name: str, fields: Mapping[str, str]) -> str:
+    """Return the field that a place such as "stress.strengths.1.tensile" of a case file is about; other places as they are."""
+    match = re.fullmatch(r"stress\.(strengths|residual_stress)\.(\d+)(?:\.(\w+))?", name)
+    if not match:
+        return name
+    layers = len({field.split(".")[1] for field in fields if re.match(r"layers\.\d+\.", field)})
+    owners = _owners(fields, layers)
+    owner = owners[min(int(match[2]), len(owners) - 1)]
+    return f"{owner}.stress.{match[3] or (_RESIDUAL if match[1] == _RESIDUAL else STRENGTHS[0])}"
+
+
+def _owners(fields: Mapping[str, str], layers: int) -> list[str]:
+    numbers = sorted({int(match[1]) for field in fields if (match := re.match(r"layers\.(\d{1,6})\.", field))})
+    return [*(f"layers.{i}" for i in numbers[:layers]), "base"]
+
+
+def _without_end(given: list[dict[str, str]]) -> list[dict[str, str]]:
+    """Entries up to the last that says something."""
+    last = max(i for i, entry in enumerate(given) if entry)
+    return given[: last + 1]
+
+
+def _fits(values: object, kind: type, owners: list[str]) -> bool:
+    return isinstance(values, list) and len(values) <= len(owners) and all(isinstance(each, kind) for each in values)
+
 
 LONGEST = 200_000
 """Characters of a form."""

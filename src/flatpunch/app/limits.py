@@ -11,26 +11,22 @@ class Drawn:
 
     Parameters
     ----------
-    steps, angles : int
-        Steps of a curve, and polar angles of an outline.
+    steps : int
+        Steps of a curve.
+    around : int
+        Polar angles of an outline, points of the outline of a tip and along a section through the layers.
+    map : int
+        Points along either side of a map of pressure, and down a section.
     points : int
         Points of a measured curve.
-    map : int
-        Points along either side of a map of pressure.
-    section : (int, int)
-        Points of a section through the layers, across and down.
-    tip : int
-        Points of the outline of a tip.
     rows, listed : int
         Rows of a file in its preview; curves and fits in a list.
     """
 
     steps: int = 400
-    angles: int = 121
-    points: int = 1500
+    around: int = 121
     map: int = 81
-    section: tuple[int, int] = (121, 81)
-    tip: int = 121
+    points: int = 1500
     rows: int = 5
     listed: int = 200
 
@@ -43,38 +39,29 @@ class Limits:
     ----------
     upload, form : int
         Largest measured file, and largest body of other requests [bytes].
-    results, uploads : int
-        Results and measured files that are kept in memory, the oldest first to go [bytes].
+    kept : int
+        Results, and measured files as well, that are kept in memory, the oldest first to go [bytes].
     jobs : int
         Jobs whose outcome is kept until it is fetched.
     quick : int
         Steps above which a case is not solved while the user types.
     silent : float
-        Time after which a connection that sends nothing is closed [s].
-    arrival : float
-        Longest time in which a request arrives as a whole [s].
+        Time after which a connection that sends nothing is closed, and a job stopped that nobody has asked about, because its
+        window was closed; and longest wait for the first worker process before the page is shown [s].
     longest : float
-        Longest time that a request waits for its outcome, and of jobs that are not polled as results are [s].
+        Longest time in which a request arrives as a whole, that it waits for its outcome, and of jobs that are not polled [s].
     soon : float
         Time that a request waits for its job before it returns the job's key [s].
-    forgotten : float
-        Time after which a job is stopped that nobody has asked about, because its window was closed [s].
-    start : float
-        Longest wait for the first worker process before the page is shown [s].
     """
 
     upload: int = 50_000_000
     form: int = 1_000_000
-    results: int = 300_000_000
-    uploads: int = 250_000_000
+    kept: int = 250_000_000
     jobs: int = 200
     quick: int = 5000
     silent: float = 60.0
-    arrival: float = 300.0
     longest: float = 600.0
     soon: float = 0.25
-    forgotten: float = 60.0
-    start: float = 20.0
 
 
 DRAWN, LIMITS = Drawn(), Limits()

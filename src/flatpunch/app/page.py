@@ -27,10 +27,9 @@ from flatpunch._support.paths import Plain
 from flatpunch._version import __version__
 from flatpunch.app.form import FormError, address_of, case_text, fields_of, form_of
 from flatpunch.app.limits import LIMITS
-from flatpunch.app.store import Store
+from flatpunch.app.store import Store, Uploads, shipped_fits
 from flatpunch.app.tables import page_tables
 from flatpunch.app.tabs import FILES, TABS, Tab, script
-from flatpunch.app.uploads import Uploads, shipped_fits
 from flatpunch.app.workers import Job, Workers
 from flatpunch.files import CaseError, shipped_cases
 from flatpunch.files.cases import LARGEST, parsed
@@ -91,7 +90,7 @@ class Page:
 
     def __post_init__(self) -> None:
         self._uploads = Uploads()
-        self._results: Store[Plain] = Store(LIMITS.results, lambda result: len(result.get("kept", b"")) + 10_000)
+        self._results: Store[Plain] = Store(LIMITS.kept, lambda result: len(result.get("kept", b"")) + 10_000)
 
     def answer(self, request: Request) -> Answer:
         """Return the answer to a request; whatever goes wrong is one, too."""

@@ -86,7 +86,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def handle_one_request(self) -> None:
         """Handle a request, which must have arrived within a time however slowly it is sent."""
-        self._late = threading.Timer(LIMITS.arrival, self._no_more)
+        self._late = threading.Timer(LIMITS.longest, self._no_more)
         self._late.daemon = True
         self._late.start()
         try:
@@ -147,7 +147,7 @@ class _Handler(BaseHTTPRequestHandler):
             )
         found = self.rfile.read(int(given))
         if len(found) < int(given):
-            raise _Refused(HTTPStatus.REQUEST_TIMEOUT, f"The request did not arrive within {LIMITS.arrival:g} s.")
+            raise _Refused(HTTPStatus.REQUEST_TIMEOUT, f"The request did not arrive within {LIMITS.longest:g} s.")
         return found
 
     def _send(self, answer: Answer) -> None:
@@ -199,7 +199,7 @@ def serve(
     with AppServer(page, host, port) as server:
         try:
             # the page is shown when the first answer takes milliseconds
-            page.workers.submit("press:warm_up").wait(LIMITS.start)
+            page.workers.submit("press:warm_up").wait(LIMITS.silent)
             ready(server)
             server.serve_forever()
         finally:

@@ -14,7 +14,7 @@ from typing import Annotated, Literal, get_args, get_origin
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from flatpunch._support.numbers import Number
+from flatpunch._support.declared import Number
 from flatpunch._support.paths import Plain
 from flatpunch.files.tables.fields import Table
 from flatpunch.files.tables.indenters import kinds

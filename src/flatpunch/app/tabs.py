@@ -84,8 +84,8 @@ fp.fit_batch(["{curve}"], case.medium, case.indenter, case.free, **how).save("{s
         ),
         Tab(
             "correct",
-            "correct:correct_modulus",
-            "correct:correct_file",
+            "formulas:correct_modulus",
+            "formulas:correct_file",
             """\
 import flatpunch as fp
 from flatpunch.fits.case import read_fit_case
@@ -120,8 +120,8 @@ print(study["critical_force"].isel(step=0))
         ),
         Tab(
             "compare",
-            "compare:compare",
-            "compare:compare_file",
+            "formulas:compare",
+            "formulas:compare_file",
             """\
 import flatpunch as fp
 from flatpunch.fits.half_space.formulas import compare_case

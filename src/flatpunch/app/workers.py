@@ -22,7 +22,7 @@ from flatpunch._support.threads import allowed_threads
 from flatpunch.app.limits import LIMITS
 from flatpunch.parallel.worker import PAUSE, Worker, how_it_ended, report
 
-_JOBS = ("compare", "coating", "correct", "fit")
+_JOBS = ("coating", "fit", "formulas")
 """Modules that workers load before their first job, besides `press`, which warms up the rest."""
 
 
@@ -242,7 +242,7 @@ def _done(worker: Worker, job: Job) -> tuple[str, object]:
                 state, outcome = future.result()
                 return state, outcome
             job.progress = worker.progress() or job.progress
-            if time.monotonic() - job.asked > LIMITS.forgotten or (not job.long and job.seconds > LIMITS.longest):
+            if time.monotonic() - job.asked > LIMITS.silent or (not job.long and job.seconds > LIMITS.longest):
                 break
     except BrokenExecutor as error:
         lost = f"the process that calculated was lost twice ({how_it_ended(error)}); there may not be enough memory."

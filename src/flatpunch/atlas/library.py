@@ -16,8 +16,7 @@ import h5netcdf
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import ROUNDING, Array, Indices, shown
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import ROUNDING, Array, Indices, one_of, shown
 from flatpunch._support.reading import Unreadable, content, is_file, is_folder, shown_path
 from flatpunch._support.whole_file import BrokenSeal, unsealed
 from flatpunch.atlas.panel import Panel, Parameter, PowerLawPanel, Scale, SparseSeries

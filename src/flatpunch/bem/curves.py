@@ -11,8 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flatpunch._support.ceilings import ANGLES, CELLS
-from flatpunch._support.checks import Array, Flags, Values, values, whole
+from flatpunch._support.checks import ANGLES, CELLS, Array, Flags, Values, values, whole
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
 from flatpunch.bem.bounding_box import (

@@ -16,9 +16,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import Array, BadValue, non_negative, point, positive, shown, switch, whole
-from flatpunch._support.kinds import follows
+from flatpunch._support.checks import (
+    CELLS,
+    Array,
+    BadValue,
+    follows,
+    non_negative,
+    point,
+    positive,
+    shown,
+    switch,
+    whole,
+)
 from flatpunch._support.readable import readable
 from flatpunch.indenters.profile import Indenter
 

@@ -16,8 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import AT_ONCE, Array
 from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Mask
 

@@ -1,7 +1,8 @@
-"""Command line: solve a case file, check one, or run the shipped cases; the other commands are in modules of their own."""
+"""Command line: the commands that need few lines of their own. Others register themselves in modules beside this one."""
 
 from __future__ import annotations
 
+import os
 import sys
 import warnings
 from pathlib import Path
@@ -9,10 +10,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from flatpunch.cli import cite, design, film, fit, formulas, page, rough, show, stress, sweep  # noqa: F401  (they register their commands)
+from flatpunch._support.paths import Plain
+from flatpunch.cli import analyses, film, fit, formulas, show, sweep  # noqa: F401  (they register their commands)
 from flatpunch.cli.atlas import atlas_app
 from flatpunch.cli.examples import EXAMPLES
-from flatpunch.cli.plugin import plugin_app
 from flatpunch.cli.terminal import (
     INTERRUPTED,
     CaseFile,
@@ -33,7 +34,112 @@ from flatpunch.cli.terminal import (
 )
 
 if TYPE_CHECKING:
+    from flatpunch.app.server import AppServer
     from flatpunch.files import Case
+
+
+@command("cite")
+def cite(
+    result: Annotated[Path, typer.Argument(metavar="RESULT.nc", help="Result file.", show_default=False)],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Write them as BibTeX: .bib."), Output((".bib",))
+    ] = None,
+) -> None:
+    """Print what to cite for a result: the package, its method, and what its medium, adhesion or relaxation rest on.
+
+    In Python, [bold]flatpunch.cite(result)[/bold] does the same for results in memory, fits included.
+    """
+    from flatpunch._support.whole_file import write_whole
+    from flatpunch.files import load
+    from flatpunch.literature import cite as references
+
+    found = references(load(result))
+    say(found.text)
+    write_all((output, lambda path: write_whole(path, found.bibtex.encode("utf-8"))))
+
+
+@command("app", interrupted="")
+def page(
+    port: Annotated[int, typer.Option(help="Port of the page; 0 takes a free one.")] = 8517,
+    host: Annotated[
+        str, typer.Option(help="Address to listen at. Other machines reach the page unless it is 127.0.0.1.")
+    ] = "127.0.0.1",
+    browser: Annotated[bool, typer.Option(help="Whether to open the page in the browser.")] = True,
+) -> None:
+    """Open a page in the browser: press, fit, correct a reported modulus, coatings, compare formulas.
+
+    The page runs on this machine, and no data leaves it; Ctrl-C ends it. Nothing is written but what you save.
+    """
+    from flatpunch.app.server import serve
+
+    def ready(server: AppServer) -> None:
+        say(f"The page is at {server.address}   Ctrl-C ends it.")
+        if not server.is_local:
+            typer.echo(
+                f"Warning: --host {host} lets other machines use this page and its calculations. It asks for no "
+                "password; leave --host out to serve this machine only.",
+                err=True,
+            )
+        if browser and _has_display():
+            import webbrowser
+
+            webbrowser.open(server.address)
+
+    serve(host, port, ready=ready)
+
+
+def _has_display() -> bool:
+    """Whether a browser with windows can be opened; one in the terminal would take the terminal."""
+    return sys.platform in ("win32", "darwin") or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+plugin_app = typer.Typer(no_args_is_help=True, help="Use the media of this package in other programs: files for them.")
+
+
+@command("plugin list", plugin_app)
+def list_hosts() -> None:
+    """List the programs, and what the file for each brings."""
+    from flatpunch.plugins.hosts import HOSTS
+
+    for name, host in HOSTS.items():
+        say(f"{name:<18}{host.name}: {host.brings}{' (needs a case file)' if host.case else ''}")
+
+
+@command("plugin write", plugin_app)
+def write(
+    host: Annotated[str, typer.Argument(metavar="HOST", help="Name in `flatpunch plugin list`.", show_default=False)],
+    case: Annotated[
+        Path | None, typer.Argument(metavar="[CASE.toml]", help="Case file: medium, and tip.", show_default=False)
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Python module; by default flatpunch_HOST.py."),
+        Output((".py",)),
+    ] = None,
+    depths: Annotated[str | None, typer.Option(help='slippy: depths of stresses, "0.2um, 1um".')] = None,
+    spacing: Annotated[str | None, typer.Option(help='slippy: side of the cells of the surface, "50nm".')] = None,
+    cells: Annotated[int, typer.Option(help="slippy: their number along the longer side.", min=0)] = 0,
+) -> None:
+    """Write the file for a program.
+
+    Files that carry a case (nanite, SoftMech, slippy) are written anew for another sample; the others take any medium.
+    """
+    from flatpunch._support.whole_file import check_target
+    from flatpunch.files.units import LENGTH, named_si
+    from flatpunch.fits.case import read_fit_case
+    from flatpunch.plugins.hosts import write_plugin
+
+    if output is None:
+        output = Path(f"flatpunch_{host}.py")
+        check_target("--output", output, (".py",), chosen=True)
+    options: Plain = {}
+    if depths is not None:
+        options["depths"] = [named_si("--depths", entry.strip(), LENGTH) for entry in depths.split(",")]
+    if spacing is not None or cells:
+        if spacing is None or not cells:
+            raise ValueError("--spacing and --cells describe one grid: give both or neither.")
+        options |= {"spacing": named_si("--spacing", spacing, LENGTH), "cells": cells}
+    say(f"Written: {write_plugin(host, output, read_fit_case(case) if case else None, **options)}")
 
 
 def _version(asked: bool) -> None:
@@ -143,7 +249,7 @@ def _solve(
     import flatpunch as fp
     from flatpunch._support.progress import listening
     from flatpunch.files import save
-    from flatpunch.files.summary import curve_table, pull_off_lines
+    from flatpunch.files.descriptions import curve_table, pull_off_lines
 
     with (
         progress(case.title or "Solving", 1) as step,

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array, BadValue, real, shown
+from flatpunch._support.checks import AT_ONCE, Array, BadValue, real, shown
 from flatpunch._support.paths import FORMS, spaced
 from flatpunch.cli.terminal import Output, command, say, say_table
 

@@ -28,8 +28,8 @@ import typer
 from rich.console import Console
 
 from flatpunch._support.checks import FlatpunchWarning
-from flatpunch._support.command_files import Conflict, command_files
 from flatpunch._support.messages import message, wants_traceback
+from flatpunch._support.reading import Conflict, command_files
 from flatpunch.cli.examples import examples
 
 app = typer.Typer(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch._support.checks import Values, shown, values
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control, control_from
 from flatpunch.contact.default import EXACT, LIFTS_OFF, Choice, Method, adhesive_method, asked_for, choose, solver_of

@@ -6,9 +6,8 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal, TypedDict, cast
 
-from flatpunch._support.checks import BadValue
-from flatpunch._support.kinds import one_of
-from flatpunch._support.numbers import Checked, Number, a_length
+from flatpunch._support.checks import BadValue, one_of
+from flatpunch._support.declared import Checked, Number, a_length
 from flatpunch.media.relaxation import Relaxation
 
 FiniteStrain = Literal["neo-hookean"]

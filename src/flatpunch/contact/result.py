@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.ceilings import ANGLES, OUTLINES
-from flatpunch._support.checks import Array, BadValue, whole
-from flatpunch._support.record import record
+from flatpunch._support.checks import ANGLES, NUMBERS, Array, BadValue, whole
+from flatpunch._support.readable import record
 from flatpunch._version import __version__
 from flatpunch.contact.curve import Control, Curve, uncertain
 from flatpunch.contact.dataset import Column, dataset
@@ -17,7 +16,7 @@ from flatpunch.contact.default import Choice
 from flatpunch.contact.limits import judged
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
-from flatpunch.media.tabulated import TabulatedMedium
+from flatpunch.media.stack import TabulatedMedium
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -47,11 +46,11 @@ def outline_angles(angles: int, control: Control) -> Array:
 
 def check_outlines(angles: int, steps: int) -> None:
     """Refuse results whose outlines fill the memory."""
-    if angles * steps > OUTLINES:
+    if angles * steps > NUMBERS:
         raise BadValue(
             "angles",
             str(angles),
-            f"times {steps} steps make {angles * steps:.3g} points of outlines; {OUTLINES:.0e} are the most. Take "
+            f"times {steps} steps make {angles * steps:.3g} points of outlines; {NUMBERS:.0e} are the most. Take "
             "fewer angles, or solve the steps in parts.",
         )
 

@@ -8,8 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, Values, non_negative, positive, values
-from flatpunch._support.kinds import instance, one_of
+from flatpunch._support.checks import Array, BadValue, Values, instance, non_negative, one_of, positive, values
 from flatpunch._support.readable import readable
 from flatpunch.contact.curve import Control
 from flatpunch.sensitivities.gradient import Gradient

@@ -13,8 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, Flags, shown, values
-from flatpunch._support.kinds import follows
+from flatpunch._support.checks import Array, BadValue, Flags, follows, shown, values
 from flatpunch.indenters import RadialProfile
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body

@@ -10,8 +10,7 @@ from typing import Any
 
 from pydantic import Field
 
-from flatpunch._support.ceilings import ANGLES
-from flatpunch._support.checks import Array, BadValue, brief, shown, whole
+from flatpunch._support.checks import ANGLES, Array, BadValue, brief, shown, whole
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, as_path, shown_path, text_content
@@ -24,17 +23,42 @@ from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.receding import depths_held_down
 from flatpunch.contact.result import check_outlines
 from flatpunch.contact.viscoelastic import check_each, check_medium
-from flatpunch.files.nesting import check_nesting
 from flatpunch.files.tables.design import DesignCase, DesignTable
 from flatpunch.files.tables.fields import CaseError, Count, Length, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
-from flatpunch.files.tables.media import MaterialTable, SampleTable
-from flatpunch.files.tables.relaxation import CaseRelaxationTable, RelaxationTable
+from flatpunch.files.tables.media import CaseRelaxationTable, MaterialTable, RelaxationTable, SampleTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
 from flatpunch.files.units import decimal_point
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
+
+DEEPEST = 30
+"""Brackets within brackets, and parts of a dotted key; case files have four."""
+
+_TOKEN = re.compile(
+    # a text that is not closed is a token to its end: the parser refuses it, and each of its quotes would begin another search
+    r'"""(?:[^"\\]|\\.|"(?!""))*+(?:"{3,5})?'
+    r"|'''(?:[^']|'(?!''))*+(?:'{3,5})?"
+    r'|"(?:[^"\\\n]|\\.)*+"?'
+    r"|'[^'\n]*+'?"
+    r"|\#[^\n]*"
+    r"|(?P<open>[\[{])|(?P<close>[\]}])|(?P<dot>\.)|(?P<end>[=\n,])",
+    re.DOTALL,
+)
+
+
+def check_nesting(text: str) -> None:
+    """Refuse text that is nested deeper than any case file, by a ValueError with the line."""
+    depth = dots = 0
+    for token in _TOKEN.finditer(text):
+        kind = token.lastgroup
+        depth = depth + 1 if kind == "open" else max(depth - 1, 0) if kind == "close" else depth
+        dots = dots + 1 if kind == "dot" else 0 if kind in ("end", "open", "close") else dots
+        if depth > DEEPEST or dots > DEEPEST:
+            what = "brackets" if depth > DEEPEST else "dots"
+            line = text.count("\n", 0, token.start()) + 1
+            raise ValueError(f"line {line} is nested deeper than {DEEPEST} levels of {what}. Case files have four.")
 
 
 @readable

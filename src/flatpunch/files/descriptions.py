@@ -1,29 +1,40 @@
-"""A case in words: what `flatpunch check` prints, and where the shipped cases are."""
+"""Cases and results in words: what `flatpunch check` prints, ten steps of a curve with readable units; and shipped cases."""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+import xarray as xr
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch._support.readable import quantity_of, unit_of
 from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.compliances import compliance
-from flatpunch.contact import BoundaryElements, Choice, Refined, SecondOrder, default_choice, indent, method_of
-from flatpunch.contact.curve import percent
+from flatpunch.contact import (
+    BoundaryElements,
+    Choice,
+    Refined,
+    SecondOrder,
+    default_choice,
+    indent,
+    method_of,
+    pull_off,
+)
+from flatpunch.contact.curve import NOTABLE_FORCE, percent
 from flatpunch.contact.default import EXACT, LIFTS_OFF
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.designs import LargestLoad
 from flatpunch.files.cases import Case
 from flatpunch.files.tables.design import DesignCase
-from flatpunch.files.units import text
+from flatpunch.files.units import readable, text
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Stack
-from flatpunch.media.interface import in_words
+from flatpunch.media.material import in_words
 from flatpunch.punch.matrix import sufficient_terms
 from flatpunch.stresses import Strength
 
@@ -278,3 +289,76 @@ def _history(case: Case, time: Array) -> str:
     unit = "N" if case.control == "force" else "m"
     reached = f"up to {text(float(case.values.max()), unit)}, at the end {text(float(case.values[-1]), unit)}"
     return f"{case.control} at {time.size} times over {text(float(time[-1] - time[0]), 's')}, {reached}"
+
+
+_ROWS = 10
+"""Steps that a table shows; of longer curves, as many at equal distances."""
+
+
+@dataclass(frozen=True)
+class CurveTable:
+    """Heading and unit of each column, the rows as text, and which steps of how many they are."""
+
+    columns: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[str, ...], ...]
+    caption: str
+
+
+def spread(size: int, most: int) -> Indices:
+    """Places of at most so many entries, first and last among them, at equal distances."""
+    return np.unique(np.linspace(0, size - 1, min(most, size)).round().astype(int))
+
+
+def curve_table(result: xr.Dataset) -> CurveTable:
+    """Return evenly chosen steps of what `indent` returned."""
+    steps = result.sizes["step"]
+    chosen = spread(steps, _ROWS)
+    units = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
+    if "base_radius" in result:
+        units["base_radius"] = "m"
+    # the stiffness of a sudden step, infinite under power laws, is of no use in a history
+    units = {"time": "s", **units} if "time" in result else {**units, "stiffness": "N/m"}
+    columns, shown = [], []
+    for name, unit in units.items():
+        values = result[name].values
+        finite = np.abs(values[np.isfinite(values)])
+        factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
+        columns.append((name.replace("_", " "), prefixed.replace("^2", "²")))
+        shown.append([_four_digits(values[i] * factor) for i in chosen])
+    if "force_error" in result and result.attrs["method_reason"] != EXACT:
+        columns.append(("force error", "%"))
+        shown.append([f"{100 * error:.2g}" for error in result["force_error"].values[chosen]])
+    valid = result["valid"].values
+    if not valid.all():
+        columns.append(("theory", "holds"))
+        shown.append(["yes" if valid[i] else "no" for i in chosen])
+    caption = f"{len(chosen)} of {steps} steps, {_solved_by(result)}"
+    return CurveTable(tuple(columns), tuple(zip(*shown, strict=True)), caption)
+
+
+def _four_digits(value: float) -> str:
+    """Four digits; areas up to the next prefix, a million times as much, without a power of ten; a dash for no value."""
+    if np.isnan(value):
+        return "-"
+    digits = f"{value:.4g}"
+    return f"{float(digits):.0f}" if 1e4 <= abs(value) < 1e6 else digits
+
+
+def _solved_by(result: xr.Dataset) -> str:
+    """The method, unless it is exact whatever its name."""
+    return EXACT if result.attrs["method_reason"] == EXACT else f"method {result.attrs['method']}"
+
+
+def pull_off_lines(case: Case) -> list[str]:
+    """Say where a sticking contact is lost; nothing without adhesion."""
+    if (work := case.physics.work_of_adhesion) is None:
+        return []
+    lost = pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.physics.range_of_action)
+    lines = [
+        f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
+        + (f"; force may be off by {percent(at.force_error)}" if at.force_error > NOTABLE_FORCE else "")
+        for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
+    ]
+    if lost.tabor is not None:
+        lines.append(f"Tabor's parameter: {lost.tabor.parameter:.3g} ({lost.tabor.regime})")
+    return lines

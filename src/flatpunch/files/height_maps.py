@@ -7,13 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive, switch, whole
-from flatpunch._support.kinds import instance, one_of
+from flatpunch._support.checks import Array, instance, one_of, positive, switch, whole
 from flatpunch._support.prefixes import text
 from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, shown_path
 from flatpunch.files import units
-from flatpunch.files.microscopes import read_channel
-from flatpunch.files.scans import Scan, Wanted, numbers_of
+from flatpunch.files.scans import Scan, Wanted, numbers_of, read_channel
 from flatpunch.indenters import HeightMap
 from flatpunch.surfaces import Topography
 from flatpunch.surfaces.heights import interpolated, on_square_cells, plane

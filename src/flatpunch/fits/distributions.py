@@ -11,9 +11,8 @@ from matplotlib.ticker import MaxNLocator
 from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
-from flatpunch._support.checks import Array, Flags
-from flatpunch._support.kinds import instance
-from flatpunch.fits.report.quantities import axis_label, unit_of
+from flatpunch._support.checks import Array, Flags, instance
+from flatpunch.fits.report.table import axis_label, unit_of
 from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, SHADE, THIN, StyleName, axes_or_new, scale_of, sheet, styled
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatpunch._support.checks import Array
-from flatpunch._support.kinds import instance
+from flatpunch._support.checks import Array, instance
 from flatpunch._support.prefixes import text
 from flatpunch.fits.fitting import descended, setup_of
 from flatpunch.fits.least_squares.problem import Setup

@@ -1,4 +1,4 @@
-"""Indenters: shapes f(r, phi) >= 0 over the point of first touch, one per file."""
+"""Indenters: shapes f(r, phi) >= 0 over the point of first touch."""
 
 import lazy_loader
 

@@ -1,28 +1,28 @@
 # Names of the room and the files they come from; loaded when first asked for. A new tip needs a line here, and no other.
 
-from .geometry.angle_rule import angular_rule as angular_rule
-from .geometry.angle_rule import harmonics as harmonics
+from .geometry.angles import angular_rule as angular_rule
+from .geometry.angles import harmonics as harmonics
 from .measured.area_function import AreaFunction as AreaFunction
+from .measured.height_grid import Fall as Fall
+from .measured.height_grid import first_fall as first_fall
 from .measured.height_map import HeightMap as HeightMap
 from .measured.radial_profile import RadialProfile as RadialProfile
-from .measured.rising import Fall as Fall
-from .measured.rising import first_fall as first_fall
 from .profile import Indenter as Indenter
-from .shapes.cone import Cone as Cone
-from .shapes.cylinder import Cylinder as Cylinder
-from .shapes.ellipsoid import Ellipsoid as Ellipsoid
-from .shapes.ellipsoid import Spheroid as Spheroid
-from .shapes.facets import FacetedPyramid as FacetedPyramid
-from .shapes.paraboloid import EllipticParaboloid as EllipticParaboloid
-from .shapes.paraboloid import Paraboloid as Paraboloid
+from .shapes.pointed import Cone as Cone
+from .shapes.pointed import FacetedPyramid as FacetedPyramid
+from .shapes.pointed import Pyramid as Pyramid
 from .shapes.power_law import AngularConstant as AngularConstant
 from .shapes.power_law import AngularTable as AngularTable
 from .shapes.power_law import PowerLaw as PowerLaw
-from .shapes.pyramid import Pyramid as Pyramid
-from .shapes.roller import Roller as Roller
-from .shapes.rounded_punch import RoundedPunch as RoundedPunch
-from .shapes.sphere import Sphere as Sphere
-from .shapes.superellipse import Superellipse as Superellipse
+from .shapes.power_law import Superellipse as Superellipse
+from .shapes.punches import Cylinder as Cylinder
+from .shapes.punches import Roller as Roller
+from .shapes.punches import RoundedPunch as RoundedPunch
+from .shapes.smooth import Ellipsoid as Ellipsoid
+from .shapes.smooth import EllipticParaboloid as EllipticParaboloid
+from .shapes.smooth import Paraboloid as Paraboloid
+from .shapes.smooth import Sphere as Sphere
+from .shapes.smooth import Spheroid as Spheroid
 from .worn.rounded import Rounded as Rounded
 from .worn.standard import (
     AfmPyramid as AfmPyramid,

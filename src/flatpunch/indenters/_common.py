@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue, numbers, shown
-from flatpunch._support.numbers import a_ratio
+from flatpunch._support.declared import a_ratio, an_angle
 
 FULL_TURN = 2 * math.pi
 
@@ -38,6 +38,27 @@ Exponent = Annotated[
 ]
 
 
+Inclination = Annotated[
+    float,
+    an_angle(
+        "inclination",
+        about="between the surface and a face",
+        example="35 deg",
+        outside="must lie in 0 < inclination < pi/2: the angle between surface and face in radians. Degrees go through "
+        "math.radians; a half-opening angle t measured from the axis is pi/2 - t.",
+    ),
+]
+HalfOpeningAngle = Annotated[
+    float,
+    an_angle(
+        "half opening angle",
+        about="between the axis and a face",
+        outside="must lie between 0 and 90 degrees.",
+        example="35 deg",
+    ),
+]
+
+
 def check_slender(name: str, *lengths: float) -> None:
     """Refuse tips that are far longer than wide: their contacts are lines, and nothing resolves both."""
     if max(lengths) > SLENDER * min(lengths):
@@ -58,6 +79,8 @@ def spread(radial: Array, phi: Array) -> Array:
 
 def power(r: Array, exponent: float) -> Array:
     """r^exponent for r >= 0; infinite at r = 0 when the exponent is negative."""
+    if exponent in (0, 1, 2):  # without logarithms
+        return np.square(r) if exponent == 2 else np.asarray(r, dtype=float) if exponent else np.ones(np.shape(r))
     with np.errstate(divide="ignore"):
         return np.asarray(np.power(r, exponent))
 

@@ -1,8 +1,8 @@
 """What an indenter is to the contact theory: the gap f(r, phi) at first touch and its slope.
 
 f >= 0 is measured from the surface upwards in polar coordinates about the point of first touch, f(0) = 0. Concrete indenters are
-frozen dataclasses, one per file. All derive from `Indenter`, which has the members of an idealised smooth shape, and define only
-what differs; so does an indenter of your own. Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi.
+frozen dataclasses. All derive from `Indenter`, which has the members of an idealised smooth shape, and define only what differs;
+so does an indenter of your own. Power-law shapes, those with an `exponent`, also have `angular(phi)`, their psi.
 
 A member that is a field in a concrete class needs `field()` or a value of its own there: `dataclass` would take the inherited
 property of that name as the default of the field.
@@ -12,11 +12,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
-from flatpunch._support.numbers import Checked
+from flatpunch._support.declared import Checked
+from flatpunch.indenters._common import power
 
 
 class Indenter(Checked, ABC):
@@ -192,3 +194,36 @@ def check_rising(indenter: Indenter) -> None:
     """Refuse indenters that only boundary elements solve."""
     if not indenter.rising:
         raise NotRising(indenter.why_not_rising)
+
+
+class PowerLawShape(Indenter):
+    """Shape f = r^n psi(phi), n its `exponent`: every level line has the same form."""
+
+    __slots__ = ()
+
+    if TYPE_CHECKING:  # a field of one class, a method of others
+
+        @property
+        def angular(self) -> Callable[[Array], Array]:
+            """psi(phi) [m^(1-n)], in the shape of phi [rad]."""
+
+    def height(self, r: Array, phi: Array) -> Array:
+        """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
+        assert self.exponent is not None
+        return np.asarray(power(r, self.exponent) * self.angular(phi))
+
+    def slope(self, r: Array, phi: Array) -> Array:
+        """Radial derivative df/dr [-], same broadcasting."""
+        assert self.exponent is not None
+        return np.asarray(self.exponent * power(r, self.exponent - 1) * self.angular(phi))
+
+
+class RoundShape(Indenter):
+    """Body of revolution: f depends on r alone."""
+
+    __slots__ = ()
+
+    @property
+    def round(self) -> bool:
+        """True."""
+        return True

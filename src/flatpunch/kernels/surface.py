@@ -187,8 +187,7 @@ def influence_coefficients(medium: Body | Tuples, spacing: float, shape: Sequenc
     >>> print(g.shape, f"{g[0, 0] * np.pi * 1e9 / 0.91 / 1e-6:.4f}")  # 4 ln(1 + sqrt 2) on a half-space
     (128, 128) 3.5255
     """
-    from flatpunch._support.ceilings import CELLS
-    from flatpunch._support.checks import positive, whole
+    from flatpunch._support.checks import CELLS, positive, whole
     from flatpunch.bem.operator.influence import influence_coefficients as coefficients
     from flatpunch.compliances import compliance
 

@@ -2,18 +2,13 @@
 
 from flatpunch.media.bodies import HalfSpace, Layer, Medium, RigidBase
 from flatpunch.media.formula import Formula
-from flatpunch.media.free_layer import FreeLayer
 from flatpunch.media.graded import GradedLayer
-from flatpunch.media.homogenisation import homogenised
-from flatpunch.media.interface import Interface
 from flatpunch.media.laws import Constant, DepthTable, ExponentialModulus, LinearModulus, PowerModulus
-from flatpunch.media.material import AnyLayer, Homogeneous, Isotropic, Material
-from flatpunch.media.power_law import PowerLawHalfSpace
+from flatpunch.media.material import AnyLayer, Homogeneous, Interface, Isotropic, Material
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
-from flatpunch.media.stack import Base, Body, Stack
-from flatpunch.media.tabulated import PunchSolution, TabulatedMedium, underlying
-from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
-from flatpunch.media.two_bodies import TwoBodies
+from flatpunch.media.special_bodies import FreeLayer, PowerLawHalfSpace, TwoBodies
+from flatpunch.media.stack import Base, Body, PunchSolution, Stack, TabulatedMedium, underlying
+from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer, homogenised
 
 __all__ = [
     "AnyLayer",

@@ -14,15 +14,24 @@ from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
-from flatpunch._support.case_kinds import in_case_files
-from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import Array, BadValue, shown
+from flatpunch._support.checks import LAYERS, Array, BadValue, shown
+from flatpunch._support.declared import in_case_files
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
 from flatpunch.media import graded, transverse
 from flatpunch.media.graded import CONTRAST, GradedLayer
-from flatpunch.media.interface import Interface, in_words
-from flatpunch.media.material import ORDER, POISSON, YOUNG, AnyLayer, Isotropic, Poisson, Thickness, Young
+from flatpunch.media.material import (
+    ORDER,
+    POISSON,
+    YOUNG,
+    AnyLayer,
+    Interface,
+    Isotropic,
+    Poisson,
+    Thickness,
+    Young,
+    in_words,
+)
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
 from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer

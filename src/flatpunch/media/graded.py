@@ -16,13 +16,12 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, real, shown, values
-from flatpunch._support.numbers import Number, a_pressure, a_ratio, number_of
+from flatpunch._support.declared import Number, a_pressure, a_ratio, number_of
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import quantity_of, readable
-from flatpunch.media.interface import Interface
 from flatpunch.media.laws import Constant, DepthTable, Law, times
-from flatpunch.media.material import POISSON, YOUNG, AnyLayer, Thickness
+from flatpunch.media.material import POISSON, YOUNG, AnyLayer, Interface, Thickness
 from flatpunch.media.plane import (
     Plane,
     contact_modulus,

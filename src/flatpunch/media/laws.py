@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, BadValue
-from flatpunch._support.numbers import Checked, Number, a_length, a_pressure, a_ratio
+from flatpunch._support.declared import Checked, Number, a_length, a_pressure, a_ratio
 from flatpunch._support.readable import readable
 
 Law = Callable[[Array], Array]

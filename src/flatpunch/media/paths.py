@@ -11,7 +11,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, TypeVar
 
-from flatpunch._support.numbers import Place, numbers_of
+from flatpunch._support.declared import Place, numbers_of
 from flatpunch._support.paths import Plain, steps
 from flatpunch.media.laws import Constant
 from flatpunch.media.material import Material

@@ -14,9 +14,8 @@ from typing import Annotated, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import ROUNDING, Array, BadValue, Values, real, values
-from flatpunch._support.numbers import Checked, a_ratio, a_time
+from flatpunch._support.declared import Checked, a_ratio, a_time, in_case_files
 from flatpunch._support.readable import readable
 
 ComplexArray = NDArray[np.complex128]

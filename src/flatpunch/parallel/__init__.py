@@ -7,8 +7,7 @@ here.
 
 from flatpunch._support.threads import cores, one_thread
 from flatpunch.parallel.engine import Solved, point_keys, solve_points
-from flatpunch.parallel.keys import content_key
-from flatpunch.parallel.store import Folder, Outcome
+from flatpunch.parallel.store import Folder, Outcome, content_key
 
 __all__ = [
     "Folder",

@@ -3,6 +3,10 @@
 A team (`Team`) is what makes the calls: `worker.processes` by loky, `cluster.cluster` by Dask. Results come as they are made. A
 call whose worker is lost is made by another worker; a call that costs one worker after the other is given up, and no other with
 it.
+
+Calls go out in chunks that last about a tenth of a second, so that thousands of short ones cost no more than their own time,
+and long ones go one by one. Calls of one group (the same body, say) go to the same worker one after the other, which finds in
+its caches what they share. Groups with the highest cost come first, so that no long one is left for the end.
 """
 
 from __future__ import annotations
@@ -10,15 +14,141 @@ from __future__ import annotations
 import pickle
 import queue
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import time
+from collections import deque
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Future
 from contextlib import AbstractContextManager, suppress
+from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, Generic, Protocol, TypeVar
 
-from flatpunch.parallel.work import Item, Missing, Waiting, call_chunk
+from flatpunch._support.threads import one_thread
 
-RETIRED = 5000
-"""Calls after which a new process takes the place of a worker, which frees what it has gathered."""
+_BUDGET = 0.1
+"""Seconds of work handed to a worker at once; half as many make it wait more often."""
+
+_SHORTEST = 1e-6
+"""Seconds that a call takes at least, which bounds the calls that are handed out at once."""
+
+_one_at_a_time = threading.Lock()
+
+
+@dataclass(frozen=True, slots=True)
+class Missing:
+    """What a call that returned nothing leaves: the reason."""
+
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """The number of a call, its group and cost."""
+
+    index: int
+    group: Hashable = None
+    cost: float = 1.0
+
+
+def call_chunk(work: bytes, packed: Sequence[bytes]) -> tuple[list[Any], float]:
+    """In a worker: call a pickled function with pickled arguments until the time for a chunk is over, at least once.
+
+    Returns what the calls returned, in order, or why they did not (`Missing`), and the seconds taken. One chunk at a time in a
+    process: warnings and the threads of numerical libraries are settings of the whole process.
+    """
+    with _one_at_a_time, one_thread():
+        function = _loaded(work)
+        start, found = time.perf_counter(), [_called(function, packed[0])]
+        for argument in packed[1:]:
+            if time.perf_counter() - start > _BUDGET:
+                break
+            found.append(_called(function, argument))
+        return found, time.perf_counter() - start
+
+
+@lru_cache(maxsize=1)
+def _loaded(work: bytes) -> Callable[[Any], Any]:
+    """The function, unpickled once for all chunks: it carries what its calls have in common."""
+    function: Callable[[Any], Any] = pickle.loads(work)
+    return function
+
+
+def _called(function: Callable[[Any], Any], packed: bytes) -> Any:
+    try:
+        return function(pickle.loads(packed))
+    except Exception as error:
+        return Missing(f"{type(error).__name__}: {error}")
+
+
+class Waiting:
+    """Items that wait for so many workers: no chunk takes more than the share of one worker in what is left of its group.
+
+    An item may lose its worker `tries` times before it is given up.
+    """
+
+    def __init__(self, items: Iterable[Item], workers: int, tries: int) -> None:
+        groups: dict[Hashable, list[Item]] = {}
+        for item in items:
+            groups.setdefault(item.group, []).append(item)
+        ordered = sorted(groups.items(), key=lambda pair: -sum(item.cost for item in pair[1]))
+        # sorted by cost only where costs differ: neighbours share most, and stay together
+        self._groups = {name: deque(sorted(found, key=lambda item: -item.cost)) for name, found in ordered}
+        self._group_of: dict[Hashable, Hashable] = {}
+        self._suspects: deque[Item] = deque()
+        self._lost: dict[int, int] = {}
+        self._workers, self._tries, self._seconds = workers, tries, _BUDGET
+
+    def __bool__(self) -> bool:
+        """Whether an item waits."""
+        return bool(self._groups or self._suspects)
+
+    def take(self, worker: Hashable, *, suspects: bool = True) -> list[Item]:
+        """Return the next items for a worker, none when nothing is left; a suspect goes alone, and only when the rest is out."""
+        group = self._group_for(worker)
+        if group is None:
+            return [self._suspects.popleft()] if suspects and self._suspects else []
+        self._group_of[worker] = group[0]
+        name, queue = group
+        size = min(int(_BUDGET / self._seconds), len(queue) // self._workers)
+        taken = [queue.popleft() for _ in range(max(size, 1))]
+        if not queue:
+            del self._groups[name]
+        return taken
+
+    def _group_for(self, worker: Hashable) -> tuple[Hashable, deque[Item]] | None:
+        """The group it is at; or else the most costly one that no worker has; or else the one with the most items left."""
+        at = self._group_of.get(worker)
+        if at in self._groups:
+            return at, self._groups[at]
+        taken = set(self._group_of.values())
+        free = [pair for pair in self._groups.items() if pair[0] not in taken]
+        return free[0] if free else max(self._groups.items(), key=lambda pair: len(pair[1]), default=None)
+
+    def give_back(self, items: Iterable[Item]) -> None:
+        """Put back items that no worker has begun."""
+        for item in reversed(list(items)):
+            self._groups.setdefault(item.group, deque()).appendleft(item)
+
+    def lose(self, items: Sequence[Item], *, alone: bool) -> list[Item]:
+        """Put items back whose worker was lost: suspects, tried one by one at the end.
+
+        `alone` says that nothing else can have been the reason, which counts as one try. Those tried often enough are returned
+        instead.
+        """
+        for item in items:
+            self._lost[item.index] = self._lost.get(item.index, 0) + alone
+        given_up = [item for item in items if self._lost[item.index] >= self._tries]
+        self._suspects.extend(item for item in items if item not in given_up)
+        return given_up
+
+    def suspected(self, item: Item) -> bool:
+        """Whether its worker was lost before."""
+        return item.index in self._lost
+
+    def learn(self, calls: int, seconds: float) -> None:
+        """Take note of how long so many calls took together, as the next ones may."""
+        self._seconds = max(seconds / calls, _SHORTEST)
+
 
 _TICK = 1.0
 """Seconds without a result after which a team is asked whether anybody works."""
@@ -28,8 +158,8 @@ _HERE = "here"
 Given = TypeVar("Given")
 Found = TypeVar("Found")
 
-Chunk = tuple[int, list[Item], "Future[Any]"]
-"""Slot, calls and their future."""
+Chunk = tuple[list[Item], "Future[Any]"]
+"""Calls and their future."""
 
 
 class Team(Protocol):
@@ -113,7 +243,7 @@ def map_calls(
             yield from calls.rest()
             raise
         finally:
-            calls.close()
+            calls.open = False
 
 
 def _pickled(thing: object) -> bytes:
@@ -140,8 +270,7 @@ class _Calls(Generic[Given, Found]):
         self._lock = threading.RLock()
         self._running: dict[Future[Any], tuple[int, list[Item]]] = {}
         self._ended: queue.SimpleQueue[Chunk] = queue.SimpleQueue()
-        self._made: dict[int, int] = {}
-        self._open, self._alone = True, False
+        self.open, self._alone = True, False
 
     def outcomes(self) -> Iterator[list[tuple[int, Found | Missing]]]:
         """Results as they come, until there are no more; a call in this process comes before waiting for one elsewhere."""
@@ -164,15 +293,10 @@ class _Calls(Generic[Given, Found]):
 
     def rest(self) -> Iterator[list[tuple[int, Found | Missing]]]:
         """Results that have come meanwhile."""
-        self._open = False
+        self.open = False
         while (chunk := self._next(0.0)) is not None:
-            if _error(chunk[2]) is None:
-                yield _pairs(*chunk[1:])
-
-    def close(self) -> None:
-        """Hand out nothing any more."""
-        with self._lock:
-            self._open = False
+            if _error(chunk[1]) is None:
+                yield _pairs(*chunk)
 
     def _left(self) -> bool:
         with self._lock:
@@ -183,8 +307,9 @@ class _Calls(Generic[Given, Found]):
         if self._here is None:
             return []
         with self._lock:
-            item = self._waiting.take_one(_HERE, suspects=self._alone)
-        return [] if item is None else [(item.index, self._here(self._arguments[item.index]))]
+            items = self._waiting.take(_HERE, suspects=self._alone)
+            self._waiting.give_back(items[1:])
+        return [(item.index, self._here(self._arguments[item.index])) for item in items[:1]]
 
     def _fill(self) -> None:
         """Give all workers something to do, those too that have joined meanwhile."""
@@ -193,23 +318,16 @@ class _Calls(Generic[Given, Found]):
             busy = {slot for slot, _ in self._running.values()}
             try:
                 for slot in sorted(set(range(size)) - busy):
-                    self._give_anew(slot)
+                    try:
+                        self._give(slot)
+                    except BrokenExecutor:
+                        self._team.replace(slot)
+                        self._give(slot)
             except OSError:
                 # no process can be started; this one may go on alone
                 if self._here is None:
                     raise
                 self._alone = not self._running
-
-    def _give_anew(self, slot: int) -> None:
-        """Give a chunk to a worker, or to another in its place where it was lost or has made many calls."""
-        if self._made.get(slot, 0) >= RETIRED:
-            self._made[slot] = 0
-            self._team.replace(slot)
-        try:
-            self._give(slot)
-        except BrokenExecutor:
-            self._team.replace(slot)
-            self._give(slot)
 
     def _give(self, slot: int) -> None:
         items = self._waiting.take(slot, suspects=not (self._team.shared and self._running))
@@ -230,23 +348,18 @@ class _Calls(Generic[Given, Found]):
         """A chunk is back, in a thread of the team: take note of it and hand out the next one."""
         with self._lock:
             slot, items = self._running.pop(future)
-            if self._open and _error(future) is None:
+            if self.open and _error(future) is None:
                 found, seconds = future.result()
                 self._waiting.learn(len(found), seconds)
                 self._waiting.give_back(items[len(found) :])
-                self._made[slot] = self._made.get(slot, 0) + len(found)
-                if self._made[slot] < RETIRED:
-                    # a worker lost just now is replaced by `_fill`
-                    with suppress(BrokenExecutor, OSError):
-                        self._give(slot)
-            self._ended.put((slot, items, future))
+                # a worker lost just now is replaced by `_fill`
+                with suppress(BrokenExecutor, OSError):
+                    self._give(slot)
+            self._ended.put((items, future))
 
-    def _settled(self, slot: int, items: list[Item], future: Future[Any]) -> list[tuple[int, Found | Missing]]:
+    def _settled(self, items: list[Item], future: Future[Any]) -> list[tuple[int, Found | Missing]]:
         """Results of a chunk; of one that was lost, those that are given up."""
-        error = _error(future)
-        if error is None:
-            if self._made.get(slot, 0) >= RETIRED:
-                self._fill()
+        if (error := _error(future)) is None:
             return _pairs(items, future)
         why = self._team.lost(error)
         if why is None:  # not of the function, whose exceptions are results: it could not be called at all

@@ -8,18 +8,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flatpunch._support.checks import shown, switch
-from flatpunch._support.kinds import follows
+from flatpunch._support.checks import follows, shown, switch
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.reading import as_path
 from flatpunch._support.threads import cores, one_thread
 from flatpunch._version import __version__
-from flatpunch.parallel import interruption
-from flatpunch.parallel.calls import Team, map_calls
-from flatpunch.parallel.keys import content_key
-from flatpunch.parallel.store import Folder, Function, Memory, Outcome, Store, solved
-from flatpunch.parallel.work import Item, Missing
-from flatpunch.parallel.worker import processes
+from flatpunch.parallel.calls import Item, Missing, Team, map_calls
+from flatpunch.parallel.store import Folder, Function, Memory, Outcome, Store, content_key, solved
+from flatpunch.parallel.worker import held, processes
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -169,7 +165,7 @@ def solve_points(
         done = len(wanted) - len(missing)
         report(done, len(wanted))
         for outcomes in made:
-            with interruption.held():
+            with held():
                 for index, found in outcomes:
                     place.write(missing[index], Outcome(None, found.reason) if isinstance(found, Missing) else found)
             done += len(outcomes)

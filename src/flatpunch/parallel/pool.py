@@ -15,8 +15,7 @@ from functools import partial
 from typing import TypeVar
 
 from flatpunch._support.threads import allowed_threads
-from flatpunch.parallel.calls import map_calls
-from flatpunch.parallel.work import Item, Missing
+from flatpunch.parallel.calls import Item, Missing, map_calls
 from flatpunch.parallel.worker import processes
 
 FEWEST = 4

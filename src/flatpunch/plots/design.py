@@ -7,8 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array
-from flatpunch._support.kinds import instance
+from flatpunch._support.checks import Array, instance
 from flatpunch._support.prefixes import readable
 from flatpunch.designs import Design
 from flatpunch.designs.targets import UNITS

@@ -15,9 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
 
-from flatpunch._support.checks import Array, positive
-from flatpunch._support.kinds import one_of
-from flatpunch._support.numbers import numbers_of
+from flatpunch._support.checks import Array, one_of, positive
+from flatpunch._support.declared import numbers_of
 from flatpunch._support.prefixes import readable, text
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.numerics.extents import ROOM

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import one_of
 from flatpunch._support.whole_file import write_whole
 from flatpunch.plugins.cases import module_path
 
@@ -58,8 +58,7 @@ def write_plugin(host: str, path: str | Path, case: FitCase | None = None, **opt
 
         write_slippy_material(path, case.medium, title=case.title, **options)
     else:
-        from flatpunch.plugins.nanite import write_nanite_model
-        from flatpunch.plugins.softmech import write_softmech_model
+        from flatpunch.plugins.force_models import write_nanite_model, write_softmech_model
 
         write = write_nanite_model if host == "nanite" else write_softmech_model
         write(path, case.medium, case.indenter, title=case.title, method=case.settings.method)

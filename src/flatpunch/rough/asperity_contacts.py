@@ -27,9 +27,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
-from flatpunch._support.ceilings import OUTLINES
-from flatpunch._support.checks import Array, Flags, Values, numbers, refused_overflow, shown, values
-from flatpunch._support.record import record
+from flatpunch._support.checks import NUMBERS, Array, Flags, Values, numbers, refused_overflow, shown, values
+from flatpunch._support.readable import record
 from flatpunch._version import __version__
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import control_from, first_failure, percent
@@ -124,9 +123,9 @@ def asperities(
             f"positions has {n} asperities; at most {MOST} are solved at once. Take the highest ones, or rough_contact."
         )
     control = control_from(depth=depth, force=force, radius=None)
-    if control.values.size * n > OUTLINES:
+    if control.values.size * n > NUMBERS:
         raise ValueError(
-            f"{control.values.size} steps of {n} asperities make more than {OUTLINES:.0e} numbers. Solve fewer at once."
+            f"{control.values.size} steps of {n} asperities make more than {NUMBERS:.0e} numbers. Solve fewer at once."
         )
     nearest, neighbour = (
         KDTree(places).query(places, k=2) if n > 1 else (np.full((1, 2), np.inf), np.zeros((1, 2), dtype=int))

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.special import gamma
 
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import AT_ONCE, Array, Indices
 from flatpunch.bem.operator.influence import power_exponent
 from flatpunch.bem.operator.radial import STEP, remainder_table
 from flatpunch.compliances import Kernel

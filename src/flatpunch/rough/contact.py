@@ -8,15 +8,25 @@ from typing import TYPE_CHECKING, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch._support.ceilings import OUTLINES
-from flatpunch._support.checks import ROUNDING, Array, Flags, Values, refused_overflow, shown, switch, values, whole
+from flatpunch._support.checks import (
+    NUMBERS,
+    ROUNDING,
+    Array,
+    Flags,
+    Values,
+    refused_overflow,
+    shown,
+    switch,
+    values,
+    whole,
+)
 from flatpunch._support.prefixes import text
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._version import __version__
 from flatpunch.bem.solution import check_tolerance
 from flatpunch.bem.solver.levels import fitting_threads
 from flatpunch.compliances import Kernel, compliance
-from flatpunch.compliances.uniform import uniform_compliance
+from flatpunch.compliances.response import uniform_compliance
 from flatpunch.contact.curve import few, first_failure, percent
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import STEEPEST, deepest, high_pressure
@@ -133,9 +143,9 @@ def rough_contact(
             f"depth = {text(float(targets.max()), 'm')} is out of reach: incompressible layers on a rigid base give way only "
             f"sideways, and the surface is flat at a depth of {text(full, 'm')}. Ask for less depth."
         )
-    if fields and targets.size * topography.heights.size > OUTLINES:
+    if fields and targets.size * topography.heights.size > NUMBERS:
         raise ValueError(
-            f"fields of {targets.size} steps on {topography.heights.size} cells make more than {OUTLINES:.0e} numbers. Solve "
+            f"fields of {targets.size} steps on {topography.heights.size} cells make more than {NUMBERS:.0e} numbers. Solve "
             "fewer steps at once."
         )
     if name == "pressure":

@@ -15,8 +15,7 @@ import scipy.fft
 from scipy.optimize import brentq
 from scipy.special import erf
 
-from flatpunch._support.checks import Array, Values, numbers, shown, values
-from flatpunch._support.kinds import follows
+from flatpunch._support.checks import Array, Values, follows, numbers, shown, values
 from flatpunch._support.readable import readable
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.dataset import Column, dataset

@@ -14,15 +14,14 @@ import numpy as np
 import scipy
 
 from flatpunch import bem
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import AT_ONCE, Array, Indices
 from flatpunch._support.paths import Plain
 from flatpunch.bem.grid import IndenterHeight
 from flatpunch.bem.solution import reaches_end
 from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import FEW_ANGLES, Control
 from flatpunch.contact.methods import BoundaryElements
-from flatpunch.indenters.geometry.flat_end import beside_flat_end
+from flatpunch.indenters.geometry.features import beside_flat_end
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.paths import with_values
 from flatpunch.punch.wavenumbers import composite_gauss, panel_edges
@@ -167,7 +166,6 @@ def force_by_tip(
 
 
 def _solved(kernel: Kernel, indenter: Indenter, method: BoundaryElements, **target: Any) -> bem.Solution:
-    """One contact."""
     (solution,) = bem.solve(kernel, indenter, **target, grid=method.grid, **_accuracy(method))
     return solution
 

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices, one_of
 from flatpunch._support.prefixes import text
 from flatpunch.compliances.stack import Side, layer_at
 from flatpunch.media import Body, Stack, underlying

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import LARGEST, Array, BadValue, numbers, point, positive, real
+from flatpunch._support.checks import CELLS, LARGEST, Array, BadValue, numbers, point, positive, real
 from flatpunch._support.readable import readable
 
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flatpunch._support.ceilings import INSIDE
 from flatpunch._support.checks import (
+    INSIDE,
     LARGEST,
     Array,
     BadValue,
@@ -24,7 +24,7 @@ from flatpunch._support.checks import (
 )
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import compliance

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.fft
 
-from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import positive, real, shown, whole
+from flatpunch._support.checks import CELLS, positive, real, shown, whole
 from flatpunch.surfaces.topography import FEWEST, Topography
 
 

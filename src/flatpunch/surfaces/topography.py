@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.ndimage import maximum_filter
 
-from flatpunch._support.ceilings import CELLS
-from flatpunch._support.checks import LARGEST, Array, numbers, positive, shown, switch
+from flatpunch._support.checks import CELLS, LARGEST, Array, numbers, positive, shown, switch
 from flatpunch._support.readable import Table, readable
 
 FEWEST = 8

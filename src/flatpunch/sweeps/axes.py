@@ -21,11 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.case_kinds import KINDS
-from flatpunch._support.ceilings import POINTS
-from flatpunch._support.checks import BadValue, shown
-from flatpunch._support.kinds import follows
-from flatpunch._support.numbers import number_of
+from flatpunch._support.checks import POINTS, BadValue, follows, shown
+from flatpunch._support.declared import KINDS, number_of
 from flatpunch._support.paths import FORMS, dotted, entries, spaced
 from flatpunch.files import units
 
@@ -153,7 +150,6 @@ def _range(
 
 
 def _listed(path: str, spec: object, current: object, dimension: units.Dimension | None) -> tuple[Entry, ...]:
-    """Values one by one."""
     if isinstance(spec, str):
         spec = [entry.strip() for entry in spec.split(",")]
     if isinstance(spec, (Sequence, np.ndarray)) and len(spec) > POINTS:
@@ -166,7 +162,6 @@ def _listed(path: str, spec: object, current: object, dimension: units.Dimension
 
 
 def _value(path: str, entry: Entry, current: object, dimension: units.Dimension | None) -> Entry:
-    """One value, of the kind that the file holds."""
     hint = f"The case file holds {shown(current)}."
     if dimension is not None:
         if isinstance(entry, (int, float)) and not isinstance(entry, bool):

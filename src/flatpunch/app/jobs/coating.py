@@ -14,12 +14,11 @@ from flatpunch._support.checks import Array
 from flatpunch._support.messages import message, problems
 from flatpunch._support.paths import Plain
 from flatpunch.app.form import FormError, case_text
+from flatpunch.app.jobs.common import CALLED, case_of, explained, file_bytes, plain, short
 from flatpunch.app.limits import DRAWN
-from flatpunch.app.plain import case_of, plain, short
-from flatpunch.app.problems import CALLED, explained
-from flatpunch.app.saved import file_bytes
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import parsed
+from flatpunch.files.descriptions import spread
 from flatpunch.files.stresses import (
     STRESS_COLUMNS,
     Stresses,
@@ -30,14 +29,13 @@ from flatpunch.files.stresses import (
     stress_rows,
     stresses,
 )
-from flatpunch.files.summary import spread
 from flatpunch.files.units import text
 from flatpunch.media import underlying
 from flatpunch.stresses import Strength
 from flatpunch.sweeps import sweep, table
 from flatpunch.sweeps.axes import axes_of
-from flatpunch.sweeps.failure import KINDS, is_map, map_figure
-from flatpunch.sweeps.picture import figure
+from flatpunch.sweeps.picture import figure, is_map, map_figure
+from flatpunch.sweeps.study import KINDS
 
 QUANTITIES = ("von_mises", "principal", "max_shear", "hydrostatic", "xx", "zz", "xz", "utilisation")
 """What the section shows, in the order of the page's list: invariants, components, von Mises stress over yield stress."""
@@ -95,7 +93,7 @@ def section(case: Case, found: Stresses, quantity: str) -> Plain | None:
     if plane is None:
         return None
     x, z = plane
-    across, down = (spread(axis.size, most) for axis, most in zip((x, z), DRAWN.section, strict=True))
+    across, down = (spread(axis.size, most) for axis, most in ((x, DRAWN.around), (z, DRAWN.map)))
     values = _values(found, quantity)[np.ix_(across, down)].T
     body = underlying(case.medium).single
     faces = np.cumsum([layer.thickness for layer in body.layers] if body else [])

@@ -11,19 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from flatpunch._support.checks import Array
+from flatpunch._support.declared import Place
 from flatpunch._support.messages import message
-from flatpunch._support.numbers import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import reporting
 from flatpunch.app.form import case_data, case_text
+from flatpunch.app.jobs.common import CALLED, explained, file_bytes, plain, short
 from flatpunch.app.limits import DRAWN
-from flatpunch.app.plain import plain, short
-from flatpunch.app.problems import CALLED, explained
-from flatpunch.app.saved import file_bytes
-from flatpunch.app.uploads import Upload
+from flatpunch.app.store import Upload
 from flatpunch.files.cases import parsed
-from flatpunch.files.summary import spread
+from flatpunch.files.descriptions import spread
 from flatpunch.files.tables.fields import validated
 from flatpunch.fits.batch import Batch, Placed, fit_rows
 from flatpunch.fits.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
@@ -35,8 +33,8 @@ from flatpunch.fits.measured.files.readers import EXCEL, TEXT, MissingColumn, cu
 from flatpunch.fits.models import forget_models
 from flatpunch.fits.places import listed, on_grid
 from flatpunch.fits.reading import reading_of, traces
-from flatpunch.fits.report.quantities import label, unit_of
 from flatpunch.fits.report.result import FitResult
+from flatpunch.fits.report.table import label, unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -11,18 +11,57 @@ import xarray as xr
 
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.paths import Plain
+from flatpunch.app.jobs.common import case_of, explained, file_bytes, plain, short
 from flatpunch.app.limits import DRAWN, LIMITS
-from flatpunch.app.plain import case_of, plain, short
-from flatpunch.app.problems import explained
-from flatpunch.app.saved import file_bytes
-from flatpunch.app.sketch import sketch
 from flatpunch.contact import default_choice, indent, method_of, pressure
 from flatpunch.contact.dataset import outlines
 from flatpunch.contact.default import EXACT
 from flatpunch.files import Case, describe
+from flatpunch.files.descriptions import curve_table, pull_off_lines, spread
 from flatpunch.files.results import to_csv
-from flatpunch.files.summary import curve_table, pull_off_lines, spread
+from flatpunch.files.units import text
+from flatpunch.indenters.profile import Indenter
+from flatpunch.media import Body, Material, underlying
+from flatpunch.media.plane import from_plane
 from flatpunch.numerics.extents import ROOM, covered
+
+
+def sketch(medium: Body, indenter: Indenter, radius: float, depth: float) -> Plain | None:
+    """Return layers, base and the section of the tip along x; None for two bodies, which have no one surface.
+
+    Largest contact radius and depth [m] set the scale where there are no layers.
+    """
+    sides = underlying(medium).sides
+    if len(sides) > 1:
+        return None
+    ((_, body),) = sides
+    half = min(3 * radius, float(indenter.reach))
+    x = np.linspace(-half, half, DRAWN.around)
+    height = np.asarray(indenter.height(np.abs(x), np.where(x < 0, np.pi, 0.0)))
+    return {
+        "layers": [
+            {"thickness": layer.thickness, "label": _stiffness(layer), "bonded": bool(layer.face)}
+            for layer in body.layers
+        ],
+        "base": _stiffness(body.base),
+        "tip": {"x": short(x), "height": short(height)},
+        "radius": plain(radius),
+        "depth": plain(depth),
+    }
+
+
+def _stiffness(part: Material) -> str:
+    """Young's moduli in words, from one face to the other where they vary."""
+    if part.rigid:
+        return "rigid"
+    if part.power_law:
+        return type(part).__name__
+    young, axial, *_ = from_plane(part.plane_at(part.sampled_depths))
+    moduli = (
+        [(young, " in plane"), (axial, " axial")] if part.anisotropic else [(part.young_at(part.sampled_depths), "")]
+    )
+    pairs = ((dict.fromkeys(text(float(ends[j]), "Pa") for j in (0, -1)), word) for ends, word in moduli)
+    return "E = " + ", ".join(f"{' to '.join(pair)}{word}" for pair, word in pairs)
 
 
 def press(fields: Mapping[str, str], run: bool) -> Plain:
@@ -82,7 +121,7 @@ def shown(case: Case, result: xr.Dataset) -> Plain:
         "valid",
     )
     curve = {name: plain(result[name].values[chosen]) for name in names if name in result}
-    around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.angles))
+    around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.around))
     table = curve_table(result)
     last = int(np.argmax(np.nan_to_num(result["radius"].values)))
     return {

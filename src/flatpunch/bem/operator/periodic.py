@@ -18,8 +18,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.fft
 
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import AT_ONCE, Array
 from flatpunch._support.threads import allowed_threads
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import (

@@ -19,18 +19,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import Array, BadValue, positive, refused_overflow, whole
+from flatpunch._support.checks import STEPS, Array, BadValue, positive, refused_overflow, whole
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
-from flatpunch._support.record import record
+from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import compliance
-from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
+from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case, ends_of, radius_on, value_of
 from flatpunch.contact.adhesion.pull_off import Instability, pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import Quantity, Stretch
-from flatpunch.contact.adhesion.stable_radius import ends_of, radius_on, value_of
 from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.limits import deepest

@@ -30,8 +30,8 @@ from flatpunch.contact.round.superposition import (
     superpose,
 )
 from flatpunch.indenters._common import RAYS
-from flatpunch.indenters.geometry.angle_rule import angular_rule
-from flatpunch.indenters.geometry.flat_end import flat_radius
+from flatpunch.indenters.geometry.angles import angular_rule
+from flatpunch.indenters.geometry.features import flat_radius
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.family import punch_family

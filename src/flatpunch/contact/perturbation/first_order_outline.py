@@ -5,17 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import AT_ONCE, Array
 from flatpunch.compliances import Kernel
 from flatpunch.contact.round.round_contact import RoundContact
-from flatpunch.indenters.geometry.angle_rule import angular_rule
-from flatpunch.indenters.geometry.angular_mean import angular_mean
-from flatpunch.indenters.geometry.flat_end import flat_radius
-from flatpunch.indenters.geometry.symmetry import different_rays
+from flatpunch.indenters.geometry.angles import angular_mean, angular_rule
+from flatpunch.indenters.geometry.features import different_rays, flat_radius
 from flatpunch.indenters.profile import Indenter
-from flatpunch.numerics.log_table import log_table
-from flatpunch.numerics.piecewise import PiecewiseChebyshev
+from flatpunch.numerics.piecewise import PiecewiseChebyshev, log_table
 from flatpunch.punch.family import punch_family
 
 

@@ -17,22 +17,19 @@ from typing import NamedTuple
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import AT_ONCE, Array
 from flatpunch.compliances import Kernel
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import LARGEST_TERM, radius_of_stiffness
 from flatpunch.contact.round.profile import NODES, TINY, SampledProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
-from flatpunch.indenters.geometry.angular_harmonics import angular_harmonics
-from flatpunch.indenters.geometry.angular_mean import angular_mean, geometric_mean
-from flatpunch.indenters.geometry.symmetry import sample_radii
+from flatpunch.indenters.geometry.angles import angular_harmonics, angular_mean, geometric_mean
+from flatpunch.indenters.geometry.features import sample_radii
 from flatpunch.indenters.profile import Indenter
-from flatpunch.numerics.log_table import log_table
+from flatpunch.numerics.piecewise import log_table
 from flatpunch.punch.basis import node_count, projection, regular_part
-from flatpunch.punch.edges import PowerLawEdges, edges_of
 from flatpunch.punch.family import SMALLEST
-from flatpunch.punch.harmonics import Edges, harmonic_size
+from flatpunch.punch.harmonics import Edges, PowerLawEdges, edges_of, harmonic_size
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.power_law import power_law_punch
 

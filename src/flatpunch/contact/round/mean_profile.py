@@ -15,8 +15,7 @@ from flatpunch.contact.curve import UNITS, Control, check_reach
 from flatpunch.contact.round.profile import NODES, PowerProfile, RoundProfile, SampledProfile
 from flatpunch.contact.round.radius_search import Loading, radius_for
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
-from flatpunch.indenters.geometry.angle_rule import angular_rule
-from flatpunch.indenters.geometry.angular_mean import angular_mean
+from flatpunch.indenters.geometry.angles import angular_mean, angular_rule
 from flatpunch.indenters.profile import Indenter, check_rising
 from flatpunch.punch.family import UnresolvedLayer
 from flatpunch.punch.matrix import RESOLVED, effective_beta, largest_beta, solve_round, sufficient_terms
@@ -98,8 +97,8 @@ def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: f
     at, target = int(np.searchsorted(radius, resolved)), float(control.values.max())
     if at == radius.size:
         return
-    # no medium exceeds 30 times the depth on a half-space at the same radius; films on soft bases come to some times it
-    most = 30.0 * float(depth[at])
+    # no medium exceeds 100 times the depth on a half-space at the same radius; films on soft bases come to some times it
+    most = 100 * float(depth[at])
     if control.name == "force":
         if target <= kernel.modulus * float(force[at]):
             return

@@ -8,8 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import ROUNDING, Array, Indices
+from flatpunch._support.checks import AT_ONCE, ROUNDING, Array, Indices
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import node_count, power_edge, power_moments, projection, quarter_nodes, regular_part
 

@@ -25,8 +25,7 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from flatpunch._support.ceilings import LAYERS
-from flatpunch._support.checks import BadValue, Problem, brief, shown
+from flatpunch._support.checks import LAYERS, BadValue, Problem, brief, shown
 from flatpunch._support.paths import Plain, steps
 from flatpunch.files import units
 

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from flatpunch import indenters
 from flatpunch._support.checks import BadValue, positive, shown
-from flatpunch._support.numbers import arguments
+from flatpunch._support.declared import arguments
 from flatpunch._support.reading import Unreadable, text_content
 from flatpunch.files import units
 from flatpunch.files.height_maps import read_height_map

@@ -12,8 +12,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, PlainValidator, ValidationInfo, create_model
 from pydantic_core import PydanticCustomError
 
-from flatpunch._support.case_kinds import KINDS, Kind, Section, Wear
-from flatpunch._support.numbers import Argument, arguments
+from flatpunch._support.declared import KINDS, Argument, Kind, Section, Wear, arguments
 from flatpunch.files.tables import fields
 from flatpunch.files.tables.fields import AnyTable, Table
 

@@ -10,8 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo, model_validator
 
-from flatpunch._support.ceilings import STEPS
-from flatpunch._support.checks import ROUNDING, Array, BadValue, positive, shown, values, whole
+from flatpunch._support.checks import ROUNDING, STEPS, Array, BadValue, positive, shown, values, whole
 from flatpunch.files.tables.fields import Count, Force, Length, Table, Time
 
 

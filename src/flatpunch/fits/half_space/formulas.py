@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from flatpunch._support.checks import Array, BadValue, Values
-from flatpunch._support.kinds import one_of
+from flatpunch._support.checks import Array, BadValue, Values, one_of
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table

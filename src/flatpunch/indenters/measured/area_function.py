@@ -15,13 +15,12 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import Array, BadValue, refused_overflow
-from flatpunch._support.numbers import a_length, a_ratio
+from flatpunch._support.declared import a_length, a_ratio, in_case_files
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import SAME, spread
-from flatpunch.indenters.shape import RoundShape
+from flatpunch.indenters.profile import RoundShape
 
 
 @in_case_files("indenter")

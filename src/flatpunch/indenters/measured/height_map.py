@@ -18,18 +18,18 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, BadValue, Indices, point, positive
-from flatpunch._support.numbers import a_length, checked
+from flatpunch._support.declared import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters.measured.height_grid import (
     checked_grid,
     even_spacing,
+    first_fall,
     fitted,
     largest_circle,
     lowest_point,
     oriented,
 )
-from flatpunch.indenters.measured.rising import first_fall
 from flatpunch.indenters.measured.smoothing import what_smoothing_changed
 from flatpunch.indenters.profile import Indenter
 from flatpunch.surfaces.heights import nearest_filled, plane

@@ -20,7 +20,7 @@ import scipy
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, BadValue, numbers, values
-from flatpunch._support.numbers import a_length, checked
+from flatpunch._support.declared import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import spread
@@ -30,7 +30,7 @@ from flatpunch.indenters.measured.smoothing import (
     smoothed_heights,
     what_smoothing_changed,
 )
-from flatpunch.indenters.shape import RoundShape
+from flatpunch.indenters.profile import RoundShape
 
 NOTABLE = 0.01
 """Relative change of the force by kinks that is worth a note; few curves are calibrated better."""

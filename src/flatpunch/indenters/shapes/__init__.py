@@ -1,1 +1,1 @@
-"""Indenters given by a formula, one per file."""
+"""Indenters given by a formula."""

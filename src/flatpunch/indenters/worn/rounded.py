@@ -21,13 +21,11 @@ from typing import Annotated
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
-from flatpunch._support.numbers import a_length
+from flatpunch._support.declared import a_length
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, spread
 from flatpunch.indenters.profile import Indenter
-from flatpunch.indenters.shapes.cone import Cone
-from flatpunch.indenters.shapes.facets import FacetedPyramid, edge_directions, face_gradients
-from flatpunch.indenters.shapes.pyramid import Pyramid
+from flatpunch.indenters.shapes.pointed import Cone, FacetedPyramid, Pyramid, edge_directions, face_gradients
 
 
 @readable

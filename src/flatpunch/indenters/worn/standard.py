@@ -20,12 +20,9 @@ from __future__ import annotations
 import math
 from typing import Annotated, overload
 
-from flatpunch._support.case_kinds import in_case_files
 from flatpunch._support.checks import BadValue
-from flatpunch._support.numbers import a_length, an_angle, checked
-from flatpunch.indenters.shapes.cone import Cone
-from flatpunch.indenters.shapes.facets import FacetedPyramid
-from flatpunch.indenters.shapes.pyramid import Pyramid
+from flatpunch._support.declared import a_length, an_angle, checked, in_case_files
+from flatpunch.indenters.shapes.pointed import Cone, FacetedPyramid, Pyramid
 from flatpunch.indenters.worn.rounded import Rounded
 from flatpunch.indenters.worn.truncated import Truncated
 

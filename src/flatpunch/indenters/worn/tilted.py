@@ -15,14 +15,13 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array, refused_overflow
-from flatpunch._support.numbers import an_angle
+from flatpunch._support.declared import an_angle
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import SAME, spread
 from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
-from flatpunch.indenters.shapes.facets import FacetedPyramid, face_gradients, pyramid_of
-from flatpunch.indenters.shapes.paraboloid import EllipticParaboloid, Paraboloid
+from flatpunch.indenters.shapes.pointed import FacetedPyramid, Pyramid, face_gradients, pyramid_of
 from flatpunch.indenters.shapes.power_law import PowerLaw
-from flatpunch.indenters.shapes.pyramid import Pyramid
+from flatpunch.indenters.shapes.smooth import EllipticParaboloid, Paraboloid
 from flatpunch.indenters.worn.rounded import Rounded
 
 Tilt = Annotated[

@@ -12,7 +12,7 @@ import scipy
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array, BadValue, refused_overflow, shown
-from flatpunch._support.numbers import a_length, checked
+from flatpunch._support.declared import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME

@@ -22,11 +22,10 @@ import scipy
 from numpy.polynomial import chebyshev
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.ceilings import AT_ONCE
-from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch._support.checks import AT_ONCE, Array, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliances.depth import Waves, waves_at
-from flatpunch.compliances.power_law_depth import power_law_waves
+from flatpunch.compliances.power_law import power_law_waves
 from flatpunch.compliances.response import smallest_and_largest_modulus
 from flatpunch.compliances.stack import interfaces
 from flatpunch.media import Stack

@@ -145,23 +145,20 @@ class Judged:
             )
 
     def interval(self, event: Event, radius: float) -> float:
-        """Longer interval of depth [m] of the grid beside the place of an event."""
-        depths = self.depths(event.layer, radius)
-        beside = int(np.searchsorted(depths, abs(event.place[2])))
-        return 0.0 if event.of_face else float(np.diff(depths)[max(beside - 1, 0) : beside + 1].max(initial=0.0))
+        """Longest interval of depth [m] of the grid in the layer of an event, if this is not on its face."""
+        return 0.0 if event.of_face else float(np.diff(self._inside(event.layer, radius)).max())
 
     def depths(self, i: int, radius: float) -> Array:
         """Depths of the grid in one layer under a contact of that radius [m]; its lower face is the last if it has one."""
-        tops, strength = self.tops, self.strengths[i]
-        face = tops[i + 1 : i + 2]
-        if not strength.of_bulk:
-            return face
-        thickness = float(face[0] - tops[i]) if face.size else np.inf
-        deep = min(thickness, DEEPEST * max(radius, float(tops[i]) / 2))
+        face = self.tops[i + 1 : i + 2]
+        return np.unique(np.append(self._inside(i, radius), face)) if self.strengths[i].of_bulk else face
+
+    def _inside(self, i: int, radius: float) -> Array:
+        top, face = np.append(self.tops, np.inf)[i : i + 2]
+        deep = min(float(face - top), DEEPEST * max(radius, float(top) / 2))
         # thin layers have fewer intervals, at least four
         count = int(np.clip(np.ceil(_INTERVALS * deep / (DEEPEST * radius)), 4, _INTERVALS))
-        share = (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
-        return np.unique(np.append(tops[i] + share * deep, face))
+        return np.asarray(top + (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2 * deep)
 
     def largest(self, i: int, stress: Array, place: Array) -> list[Event]:
         """Largest utilisation of each kind in a layer; stress (6, ..., nz) without the residual one, places (3, ..., nz)."""

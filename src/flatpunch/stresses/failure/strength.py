@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from flatpunch._support.checks import Array, shown
-from flatpunch._support.numbers import Checked, a_pressure
+from flatpunch._support.declared import Checked, a_pressure
 from flatpunch._support.readable import readable
 from flatpunch.media import Stack
 from flatpunch.stresses.points import principal, von_mises
