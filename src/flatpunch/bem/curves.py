@@ -138,8 +138,6 @@ def solve(
 
 @dataclass(frozen=True, slots=True)
 class _Course:
-    """Arguments of `solve`, common to all steps."""
-
     kernel: Kernel
     indenter: Indenter
     by_depth: bool
@@ -161,8 +159,6 @@ class _Step:
 
 
 class _Counted:
-    """Progress by steps done."""
-
     def __init__(self, report: Report | None, steps: int) -> None:
         self._report, self._done, self._steps = report, 0, steps
 

@@ -170,7 +170,6 @@ def _smooth_inverse(values: Array) -> Array:
 
 
 def _merged(one: Array, other: Array) -> Array:
-    """Values at nodes and between them, along the last axis."""
     found = np.empty((*one.shape[:-1], one.shape[-1] + other.shape[-1]))
     found[..., ::2], found[..., 1::2] = one, other
     return found

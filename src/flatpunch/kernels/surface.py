@@ -242,7 +242,6 @@ def _functions(body: Body, q: Array, rtol: float) -> Callable[[Array], Radial]:
 
 
 def _fill(result: Numbers, x: Array, y: Array, q: Array, functions: Callable[[Array], Radial], inverse: bool) -> None:
-    """Write the matrices of a part of the wave vectors."""
     q = np.where(q > 0, q, q.max() or 1.0)  # q = 0 is written afterwards
     n, a, c, d = functions(q)
     if inverse:

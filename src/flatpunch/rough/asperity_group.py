@@ -156,7 +156,6 @@ class Group:
         return closing + rise * unit, rise
 
     def _stiffness(self, at: State, nearby: _Nearby) -> float:
-        """dF/dd [N/m]."""
         change = self._change(at, self.sunk(at)[2])
         return float(at.stiffness @ nearby.solved(self, at, change, np.ones(at.force.size), _EXACT))
 

@@ -158,7 +158,6 @@ def rough_contact(
 
 
 def _control(**given: Values | None) -> tuple[ControlName, Array]:
-    """Exactly one of pressure, force and depth, checked."""
     named = [name for name, value in given.items() if value is not None]
     if len(named) != 1:
         raise ValueError(

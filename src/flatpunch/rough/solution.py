@@ -112,7 +112,6 @@ class Case:
         return at_force(self.level, force, tolerance, limit, before)
 
     def _measured(self, solved: Solved, tolerance: float, *, fields: bool) -> Step:
-        """What a result says of a contact."""
         state, rough, spacing = solved.state, self.topography, self.topography.spacing
         unit = self.kernel.modulus * spacing**2
         cells, mean_pressure = rough.heights.size, state.force * unit / rough.area

@@ -293,7 +293,6 @@ def _components(functions: Array, angles: Array, direction: float | None) -> Arr
 
 
 def _split_off_part(at: Located, z: float, across: Array, along: Array, h: float, direction: float | None) -> Array:
-    """The half-space part of one cell in closed form."""
     part = surface_part(at.body)
     if isinstance(part, AnisotropicPart):
         # a disc of the same area takes the place of the square

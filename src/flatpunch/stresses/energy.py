@@ -244,7 +244,6 @@ def _check_depths(z: Array, load: _Transformed, body: Stack) -> None:
 
 
 def _total(kernel: Kernel, load: _Round) -> float:
-    """Energy of the whole body [J]."""
     if kernel.exponent:
         k, weight = wavenumbers(FARTHEST / load.radius, 2 * load.radius, load.radius)
         return float(np.pi * (weight * k * load.square(k)) @ kernel(k))

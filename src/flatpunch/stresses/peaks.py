@@ -139,7 +139,6 @@ def peak_stresses(
 
 
 def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
-    """All elastic bodies with strengths of 1 Pa."""
     body = medium.single
     if not body:
         pair = (None, None) if residual is None else residual
@@ -161,7 +160,6 @@ def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
 def _columns(
     bodies: tuple[Judged, ...], best: dict[tuple[str, int, str], Event], direction: float
 ) -> tuple[dict[str, Column], dict[str, tuple[NDArray[np.generic], Attributes]]]:
-    """Values and places along layers and interfaces."""
     layers = [(each.name, i) for each in bodies for i in each.watched]
     interfaces = [(each.name, i) for each in bodies for i in each.watched if each.strengths[i].of_interface]
     columns: dict[str, Column] = {}

@@ -191,7 +191,6 @@ class Topography:
 
 
 def _pair(periodic: object) -> tuple[bool, bool]:
-    """Whether a surface repeats along x and y."""
     if isinstance(periodic, (tuple, list)) and len(periodic) == 2:
         along_x, along_y = (switch("Topography.periodic", each) for each in periodic)
         return along_x, along_y

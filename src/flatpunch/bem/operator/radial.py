@@ -71,7 +71,6 @@ def _through(values: Array, places: Array) -> Array:
 
 
 def _evaluated(polynomials: Array, which: Indices, t: Array) -> Array:
-    """Those of the polynomials at t."""
     *lower, highest = polynomials
     result: Array = highest[which]
     for coefficient in reversed(lower):

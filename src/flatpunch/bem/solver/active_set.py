@@ -212,7 +212,6 @@ def _descended(operator: Operator, height: Cells, depth: float, now: _Trial, cha
 
 
 def _closed_force(operator: Operator, aim: Aim, now: _Trial) -> float:
-    """Force at this depth once the gap is closed [E* cells^2]."""
     xp = operator.xp
     contact = (now.pressure > 0) | (now.gap < 0)
     adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap))) * operator.grid.copies

@@ -287,7 +287,6 @@ def _search(
 
 
 def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
-    """The first event of a search."""
     try:
         size, worst, events = first_event(search)
     except UnresolvedLayer as error:

@@ -125,7 +125,6 @@ class CellSearch:
         return solution.force, solution.depth, solution.radius
 
     def _depth(self, size: float) -> Array:
-        """The depth of a size [m], shape (1,)."""
         return round_contact(self.kernel, mean_profile(counted_by(self.indenter)), np.array([size])).depth
 
     def _ellipse(self, size: float) -> Curve | None:
@@ -189,7 +188,6 @@ class CellSearch:
         return self._found(size, only, Judged.maxima) + self.singular(size)
 
     def _found(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
-        """Events of all layers, or of `only` one, on the grid."""
         cells = self._cells(size, _COARSE)
         found = []
         for each in self.bodies:
