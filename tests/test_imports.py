@@ -35,9 +35,9 @@ _INSIDE = {
     ],
     "bem": [
         {"grid"},
-        {"operator", "height", "outline"},
+        {"operator", "outline"},
         {"solver"},
-        {"solution", "bounding_box", "resources"},
+        {"solution", "bounding_box"},
         {"curves", "flat_punch"},
         {"__init__"},
     ],
@@ -57,7 +57,7 @@ _INSIDE = {
         {"__init__"},
     ],
     "stresses": [
-        {"bodies", "invariants", "loads", "rectangle"},
+        {"bodies", "loads", "rectangle"},
         {"axisymmetric"},
         {"cells"},
         {"sources"},

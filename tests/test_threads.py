@@ -8,7 +8,7 @@ from threadpoolctl import ThreadpoolController
 
 import flatpunch as fp
 from flatpunch._support.threads import given_blas_threads, in_threads, one_blas_thread, threads
-from flatpunch.bem.resources import fitting_threads
+from flatpunch.bem.solver.levels import fitting_threads
 from flatpunch.compliances import compliance
 from support.punch_matrices import kernel_matrix
 

@@ -8,7 +8,7 @@ import pytest
 from flatpunch import indenters, media
 from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve
 from flatpunch.bem.bounding_box import Extent, find_extent
-from flatpunch.bem.height import IndenterHeight
+from flatpunch.bem.grid import IndenterHeight
 from flatpunch.compliances import compliance
 
 HALF_SPACE = compliance(media.HalfSpace(1e9, 0.3))

@@ -83,7 +83,7 @@ TIPS = {
 def test_solutions_are_those_of_the_whole_grid(name, kernel, monkeypatch):
     tip, mirrored = TIPS[name]
     grid = bem.solve(kernel, tip, depths=0.4, grid=72)[0].grid
-    height = bem.height.IndenterHeight(tip)
+    height = bem.grid.IndenterHeight(tip)
     setting = Levels(kernel, grid)
     assert setting.folded_to(height)[0].grid.mirrored == mirrored
     found, _ = solve_depth(setting, height, 0.4, 1e-9, 500)
@@ -104,7 +104,7 @@ def test_solutions_are_those_of_the_whole_grid(name, kernel, monkeypatch):
 
 
 def test_what_is_no_mirror_image_of_itself_is_not_folded():
-    tip = bem.height.IndenterHeight(indenters.Pyramid(4, 0.35))
+    tip = bem.grid.IndenterHeight(indenters.Pyramid(4, 0.35))
 
     def mirrored(grid, height=tip):
         folded, cells = Levels(FILM, grid).folded_to(height)
@@ -119,7 +119,7 @@ def test_what_is_no_mirror_image_of_itself_is_not_folded():
 
 
 def test_windows_of_folded_grids_begin_at_the_mirror():
-    tip = bem.height.IndenterHeight(indenters.EllipticParaboloid(0.1, 1.0))
+    tip = bem.grid.IndenterHeight(indenters.EllipticParaboloid(0.1, 1.0))
     setting = Levels(FILM, Grid(128, 128, 0.05)).folded(BOTH)
     height = setting.cells(tip)
     window = setting.window((height < 20.0).astype(float))

@@ -96,8 +96,6 @@ def test_both_libraries_convolve_alike(
     mirrored: tuple[bool, bool], threads: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     pytest.importorskip("ducc0", reason="the extra `fast` is not installed")
-    # blocks side by side, however many cores there are
-    monkeypatch.setattr("flatpunch.bem.operator.convolution.SHARED", 1)
     grid = Grid(70, 90, 0.05, mirrored=mirrored)
     pressure = lines(grid.shape)
     fast = replace(build_operator(SOFT, grid), threads=threads)

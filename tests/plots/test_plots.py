@@ -7,7 +7,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import flatpunch as fp
-from flatpunch.bem.height import overlap_half_widths
+from flatpunch.bem.bounding_box import overlap_half_widths
 from flatpunch.plots import result as plots
 from flatpunch.plots.style import STYLES
 

@@ -9,7 +9,7 @@ from threadpoolctl import threadpool_info
 
 import flatpunch as fp
 from flatpunch import bem
-from flatpunch.bem.resources import fitting_threads
+from flatpunch.bem.solver.levels import fitting_threads
 from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.second_order import expansion_of
 from flatpunch.contact.refined.interpolation import Interpolation, RoundReference, settled

@@ -5,8 +5,7 @@ import pytest
 from scipy.special import jv
 
 import flatpunch as fp
-from flatpunch.stresses.axisymmetric.anisotropic import AnisotropicPart
-from flatpunch.stresses.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, SurfacePart
+from flatpunch.stresses.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, AnisotropicPart, SurfacePart
 from flatpunch.stresses.axisymmetric.ring_sources import sampled
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from support.propagators import random_material

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.stresses.failure.sharp import singular_place
+from flatpunch.stresses.failure.tips import singular_place
 
 BODY = fp.HalfSpace(1e9, 0.3)
 ALL = [fp.Strength(yield_stress=2e7, tensile=2e7, shear=1e7)]

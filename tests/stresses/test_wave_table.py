@@ -5,8 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.compliances.depth import waves_at
-from flatpunch.stresses.axisymmetric.layered import wavenumbers
-from flatpunch.stresses.axisymmetric.wave_table import waves_between
+from flatpunch.stresses.axisymmetric.round_load import wavenumbers, waves_between
 
 BASES = {"soft": fp.HalfSpace(1e-4, 0.5), "stiff": fp.HalfSpace(30.0, 0.2), "rigid": fp.RigidBase()}
 FACES = {"bonded": True, "sliding": False, "weak spring": fp.Interface(shear=1e-4), "springs": fp.Interface(2.0, 0.3)}

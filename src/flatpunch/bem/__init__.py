@@ -5,8 +5,8 @@ from flatpunch.bem.curves import solve
 from flatpunch.bem.flat_punch import solve_punch
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.outline import Outline, trace_outline
-from flatpunch.bem.resources import required_bytes
 from flatpunch.bem.solution import Solution
+from flatpunch.bem.solver.levels import required_bytes
 
 __all__ = [
     "ContactTouchesEdge",

@@ -1,21 +1,26 @@
-"""Bounding box of the contact, found on a coarse grid that is moved, grown and shrunk until it fits."""
+"""Bounding box of the contact: estimated from the tip, then found on a coarse grid that is moved, grown and shrunk."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from flatpunch._support.checks import LARGEST, SMALLEST, Array
 from flatpunch._support.prefixes import text
-from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.height import Height
+from flatpunch.bem.grid import Grid, Height, Mask
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Rough, solve_depth, solve_force
 from flatpunch.compliances import Kernel
+from flatpunch.indenters.profile import Indenter
 
 SETTLED = 0.1
-"""Relative change of the box below which it is accepted; with half, narrow contacts take one grid more."""
+"""Relative change of the box below which it is accepted, and free rim that it needs; with half, narrow contacts take one grid
+more."""
+
+_SHRINK, _GROW = 8, 1.5
+"""Factors of the box where nothing touches, and where the contact touches the edge of the grid."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +47,7 @@ class Extent:
             self.half_widths, self.center, (grid.nx, grid.ny), grid.center, strict=True
         ):
             half = cells * grid.spacing / 2
-            if abs(centre - middle) + 1.1 * width > half or width < 0.6 * half:
+            if abs(centre - middle) + (1 + SETTLED) * width > half or width < 0.6 * half:
                 return False
         return True
 
@@ -115,11 +120,11 @@ def find_extent(
         pressure = _coarse_pressure(kernel, height, grid, asked, depth, force)
         contact = pressure > 0
         if not contact.any():
-            extent = Extent((extent.half_widths[0] / 8, extent.half_widths[1] / 8), extent.center)
+            extent = Extent((extent.half_widths[0] / _SHRINK, extent.half_widths[1] / _SHRINK), extent.center)
             continue
         box = bounding_box(grid, contact)
         if touches_edge(contact):
-            wx, wy = (cells * grid.spacing / 2 * 1.5 for cells in (grid.nx, grid.ny))
+            wx, wy = (cells * grid.spacing / 2 * _GROW for cells in (grid.nx, grid.ny))
             extent = Extent((wx, wy), extent.center)
             continue
         before, extent = extent, _recentred(box, grid)
@@ -196,3 +201,47 @@ def typical_depth(height: Height, grid: Grid, compliance: float) -> float:
         raise ValueError("The indenter has no surface on this grid. Centre the grid on the indenter, or enlarge it.")
     median = float(np.median(finite))
     return median if median > 0 else compliance / (grid.spacing * min(grid.shape))
+
+
+def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]:
+    """Half-widths of the bounding box of f < depth about the origin [m]: where the tip would cut a rigid surface."""
+    phi = _directions()
+    radii = _crossing(lambda r, phi: _finite(indenter, r, phi) - depth, indenter.reach_along(phi), phi)
+    return _box(radii, phi)
+
+
+def loaded_half_widths(indenter: Indenter, force: float, modulus: float) -> tuple[float, float]:
+    """Half-widths of the box where force ~ modulus x radius x height [m]: the order of a half-space's contact."""
+    phi = _directions()
+
+    def mean_height(r: Array) -> Array:
+        return np.asarray(np.broadcast_to(_finite(indenter, r[..., None], phi), (*r.shape, phi.size)).mean(axis=-1))
+
+    typical = _crossing(lambda r: modulus * r * mean_height(r) - force, np.array(indenter.reach))
+    depth = float(mean_height(typical))
+    return overlap_half_widths(indenter, depth) if depth > 0 else (float(typical), float(typical))
+
+
+def _finite(indenter: Indenter, r: Array, phi: Array) -> Array:
+    """Heights, a face of 45 degrees where the indenter has no surface."""
+    height = np.asarray(indenter.height(r, phi))
+    return np.where(np.isinf(height), r, height)
+
+
+def _directions() -> Array:
+    # with half as many directions the box of a narrow tip is 1 % too small
+    return np.linspace(0, 2 * np.pi, 64, endpoint=False)
+
+
+def _crossing(excess: Callable[..., Array], reach: Array, *arguments: Array) -> Array:
+    """Radii at which increasing functions change sign, to a thousandth, at most the reach; of the shape of `reach`."""
+    from scipy.optimize import elementwise
+
+    start = np.minimum(1.0, reach)
+    found = elementwise.bracket_root(excess, start / 2, start, xmin=0.0, xmax=reach, args=arguments)
+    root = elementwise.find_root(excess, found.bracket, args=arguments, tolerances={"xrtol": 1e-3})
+    return np.where(root.success, root.x, reach)
+
+
+def _box(radii: Array, phi: Array) -> tuple[float, float]:
+    return float(np.max(np.abs(radii * np.cos(phi)))), float(np.max(np.abs(radii * np.sin(phi))))

@@ -15,20 +15,21 @@ from flatpunch._support.checks import ANGLES, CELLS, Array, Flags, Values, value
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
 from flatpunch.bem.bounding_box import (
+    SETTLED,
     ContactTouchesEdge,
     Extent,
     find_extent,
     grown,
+    loaded_half_widths,
+    overlap_half_widths,
     touches_edge,
     typical_depth,
 )
-from flatpunch.bem.grid import SMALLEST, Cells, Grid, Namespace
-from flatpunch.bem.height import Height, IndenterHeight, loaded_half_widths, overlap_half_widths
+from flatpunch.bem.grid import SMALLEST, Cells, Grid, Height, IndenterHeight, Namespace
 from flatpunch.bem.operator.convolution import to_numpy
-from flatpunch.bem.resources import announced, fitting_threads
 from flatpunch.bem.solution import Solution, check_tolerance, solution_of
 from flatpunch.bem.solver.active_set import State
-from flatpunch.bem.solver.levels import Levels
+from flatpunch.bem.solver.levels import Levels, announced, fitting_threads
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliances import Kernel
 from flatpunch.indenters.profile import Indenter
@@ -38,7 +39,7 @@ DEFAULT_CELLS = 256
 """Cells per side of a grid that is chosen for a contact; half as many quadruple the errors of force and outline."""
 
 
-SHARED_CELLS = 512
+SHARED_CELLS = 2 * DEFAULT_CELLS
 """Most cells per side for which far steps are shared with worker processes, each of which holds as much as this one."""
 
 
@@ -137,8 +138,6 @@ def solve(
 
 @dataclass(frozen=True, slots=True)
 class _Course:
-    """Arguments of `solve`, common to all steps."""
-
     kernel: Kernel
     indenter: Indenter
     by_depth: bool
@@ -160,8 +159,6 @@ class _Step:
 
 
 class _Counted:
-    """Progress by steps done."""
-
     def __init__(self, report: Report | None, steps: int) -> None:
         self._report, self._done, self._steps = report, 0, steps
 
@@ -277,7 +274,7 @@ def _around_parts(course: _Course, height: Height, *, depth: float | None = None
         guess = typical_depth(height, whole.grid, force / course.kernel.modulus)
         # a tenth of the depth more than is known on these cells
         state, _ = solve_force(whole, height, force, guess, 1e-2, course.limit)
-        depth = 1.1 * state.depth * whole.grid.spacing
+        depth = (1 + SETTLED) * state.depth * whole.grid.spacing
     assert depth is not None
     return Extent(*box.box(depth))
 
@@ -370,7 +367,7 @@ def _too_small(
     grid = levels.grid
     first = Extent((grid.nx * grid.spacing, grid.ny * grid.spacing), grid.center)
     needed = find_extent(levels.kernel, height, first, depth=depth, force=force)
-    wx, wy = (1.1 * width for width in needed.half_widths)
+    wx, wy = ((1 + SETTLED) * width for width in needed.half_widths)
     nx, ny = (int(np.ceil(2 * w / grid.spacing)) for w in (wx, wy))
     return ContactTouchesEdge(
         f"The contact touches the edge of the grid ({grid.nx} x {grid.ny} cells of {text(grid.spacing, 'm')}). It needs about "

@@ -8,13 +8,11 @@ import numpy as np
 
 from flatpunch._support.checks import Array, positive
 from flatpunch.bem.grid import Grid, Mask, Namespace
-from flatpunch.bem.height import PunchHeight
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.outline import trace_outline
-from flatpunch.bem.resources import announced
 from flatpunch.bem.solution import Solution, check_tolerance, not_converged, warned
 from flatpunch.bem.solver.active_set import adhering
-from flatpunch.bem.solver.levels import Levels, mirror_axes
+from flatpunch.bem.solver.levels import Levels, announced, mirror_axes
 from flatpunch.compliances import Kernel
 
 
@@ -81,7 +79,7 @@ def solve_punch(
         positive("depth", depth, unit="m")
     check_tolerance(tolerance, single)
     if callable(planform):
-        mask = np.isfinite(PunchHeight(planform)(grid))
+        mask = np.array(np.broadcast_to(planform(grid.x[None, :], grid.y[:, None]), grid.shape), dtype=bool)
     else:
         mask = np.asarray(planform, dtype=bool)
         if mask.shape != grid.shape:

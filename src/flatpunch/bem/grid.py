@@ -3,11 +3,13 @@
 Cell (i, j) is centred at x = center[0] + (j - (nx - 1)/2) spacing, y alike with i: arrays are indexed [y, x]. With
 even numbers of cells the grid's centre is a corner of four cells, so the tip of a cone or pyramid is not sampled itself.
 
-A contact that is its own mirror image is solved on one half of such a grid, or one quarter: see `Grid.folded`.
+A contact that is its own mirror image is solved on one half of such a grid, or one quarter: see `Grid.folded`. `IndenterHeight`
+is the indenter as the solver sees it, its heights on a grid.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,6 +29,7 @@ from flatpunch._support.checks import (
     whole,
 )
 from flatpunch._support.readable import readable
+from flatpunch.indenters.profile import Indenter
 
 Mask = NDArray[np.bool_]
 
@@ -220,3 +223,24 @@ def polar(x: Array, y: Array) -> tuple[Array, Array]:
 
 def _even(number: float) -> int:
     return 2 * int(np.ceil(number / 2 - 1e-9))
+
+
+Height = Callable[[Grid], Array]
+
+
+@dataclass(frozen=True, slots=True)
+class IndenterHeight:
+    """Gap at first touch on a grid [m], infinite beyond the indenter's reach."""
+
+    indenter: Indenter
+
+    def __call__(self, grid: Grid) -> Array:
+        """Heights at the cell centres, shape (ny, nx)."""
+        return self.at(*grid.polar)
+
+    def at(self, r: Array, phi: Array) -> Array:
+        """Heights at polar coordinates (r, phi) of equal shape."""
+        reach = self.indenter.reach_along(phi)
+        height = np.array(self.indenter.height(np.minimum(r, reach), phi), dtype=float)
+        height[r > reach] = np.inf
+        return height

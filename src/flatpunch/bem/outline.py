@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import AT_ONCE, Array
 from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Mask
 
@@ -31,10 +31,6 @@ _FEWEST = 6.0
 
 _SMOOTH = 1.5
 """Width in cells of the filter that takes the staircase out of the rim of the cells; half as much leaves some of it."""
-
-
-_AT_ONCE = 4_000_000
-"""Points along rays that are read at once."""
 
 
 @readable
@@ -250,8 +246,8 @@ def _cell_rim(grid: Grid, contact: Array, phi: Array) -> Array:
     wide, high = np.abs(grid.x[columns]).max() + grid.spacing, np.abs(grid.y[rows]).max() + grid.spacing
     leaving = 1 / np.maximum(np.abs(np.cos(phi)) / wide, np.abs(np.sin(phi)) / high)
     steps = np.arange(min(np.hypot(grid.x[columns], grid.y[rows]).max(), leaving.max()) // h + 12)
-    if phi.size * steps.size > _AT_ONCE > steps.size:
-        parts = np.array_split(phi, -(-phi.size * steps.size // _AT_ONCE))
+    if phi.size * steps.size > AT_ONCE > steps.size:
+        parts = np.array_split(phi, -(-phi.size * steps.size // AT_ONCE))
         return np.concatenate([_cell_rim(grid, contact, part) for part in parts])
     values = read(grid, contact, h * steps * np.exp(1j * phi)[:, None])
     met = values >= 0.5

@@ -11,8 +11,7 @@ from scipy.ndimage import label
 
 from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, positive, switch
 from flatpunch._support.readable import readable
-from flatpunch.bem.grid import Grid, Mask
-from flatpunch.bem.height import Height
+from flatpunch.bem.grid import Grid, Height, Mask
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR, to_numpy
 from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.bem.solver.active_set import State

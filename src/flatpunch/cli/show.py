@@ -88,7 +88,7 @@ def _extent(case: Case | FitCase) -> float | None:
     """Half the width of the picture: beside the largest contact, where the case has one; else the tip's own."""
     import numpy as np
 
-    from flatpunch.bem.height import overlap_half_widths
+    from flatpunch.bem.bounding_box import overlap_half_widths
     from flatpunch.files import Case
     from flatpunch.numerics.extents import ROOM
 

@@ -23,8 +23,7 @@ two bodies          displacement of the lower surface less that of the upper, tr
 ==================  =================================================================================================
 """
 
-from flatpunch.kernels.influence import influence_coefficients
 from flatpunch.kernels.inside import interior
-from flatpunch.kernels.surface import normal_compliance, surface_compliance, surface_stiffness
+from flatpunch.kernels.surface import influence_coefficients, normal_compliance, surface_compliance, surface_stiffness
 
 __all__ = ["influence_coefficients", "interior", "normal_compliance", "surface_compliance", "surface_stiffness"]

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch.kernels.bodies import Tuples, body_of
-from flatpunch.kernels.vectors import wave_vectors
+from flatpunch.kernels.arguments import Tuples, body_of, wave_vectors
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array, Indices

@@ -87,9 +87,11 @@ def at_zero(body: Body) -> tuple[float, float]:
 
 def _of_layer(layer: AnyLayer) -> Array:
     """Thickness over C33 and over C44 of a layer and its lower face."""
+    from flatpunch.numerics.gauss import gauss
+
     edges = [0.0, *layer.breaks, layer.thickness]
     # Gauss nodes between breaks of a law, which is smooth there
-    x, w = np.polynomial.legendre.leggauss(40)
+    x, w = gauss()
     found: Array = np.zeros(2)
     for low, high in pairwise(edges):
         z = low + (high - low) * (1 + x) / 2
@@ -168,7 +170,6 @@ def _smooth_inverse(values: Array) -> Array:
 
 
 def _merged(one: Array, other: Array) -> Array:
-    """Values at nodes and between them, along the last axis."""
     found = np.empty((*one.shape[:-1], one.shape[-1] + other.shape[-1]))
     found[..., ::2], found[..., 1::2] = one, other
     return found

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from flatpunch._support.checks import Array, Flags, whole
-from flatpunch.bem.height import overlap_half_widths
+from flatpunch.bem.bounding_box import overlap_half_widths
 from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
 from flatpunch.contact.dataset import outlines
 from flatpunch.indenters.profile import Indenter, check_indenter

@@ -26,7 +26,7 @@ from flatpunch.plots.style import (
     scale_of,
     styled,
 )
-from flatpunch.rough.measures import patch_sizes
+from flatpunch.rough.solution import patch_sizes
 
 _THEORIES = {
     "persson": ("Persson", "--"),

@@ -36,8 +36,7 @@ from flatpunch.contact.dataset import Column, dataset
 from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
 from flatpunch.media import Body
 from flatpunch.rough.asperity_group import Group, Pressed
-from flatpunch.rough.asperity_laws import Law
-from flatpunch.rough.interactions import Interactions
+from flatpunch.rough.asperity_laws import Interactions, Law
 
 if TYPE_CHECKING:
     import xarray as xr

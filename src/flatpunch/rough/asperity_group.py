@@ -10,8 +10,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from flatpunch._support.checks import ROUNDING, Array
-from flatpunch.rough.asperity_laws import Law
-from flatpunch.rough.interactions import Interactions
+from flatpunch.rough.asperity_laws import Interactions, Law
 
 _STEPS = 60
 """Most steps of Newton's method; ten are usual."""
@@ -23,10 +22,8 @@ _EXACT = 1e-9
 """Relative residual of the stiffness."""
 
 _FEW, _MOST = 6, 10
-"""Products of a solution above which the matrix is factorised anew, and most restarts of 20 products."""
-
-_HALVINGS = 8
-"""Most halvings of a step that does not bring the equations nearer."""
+"""Products of a solution above which the matrix is factorised anew; most restarts of 20 products, and most halvings of a step
+that does not bring the equations nearer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +126,7 @@ class Group:
             if max(np.abs(change).max(), abs(rise)) <= ROUNDING * deepest:
                 return Pressed(depths, depth, self._stiffness(at, nearby), True)
             before, share = _size(short, missing, target, deepest, by_depth=by_depth), 1.0
-            for _ in range(_HALVINGS):
+            for _ in range(_MOST):
                 trial = depths + share * change, depth + share * rise
                 found = self._missing(*trial, target, by_depth=by_depth)
                 if _size(*found[1:], target, deepest, by_depth=by_depth) < before:
@@ -159,7 +156,6 @@ class Group:
         return closing + rise * unit, rise
 
     def _stiffness(self, at: State, nearby: _Nearby) -> float:
-        """dF/dd [N/m]."""
         change = self._change(at, self.sunk(at)[2])
         return float(at.stiffness @ nearby.solved(self, at, change, np.ones(at.force.size), _EXACT))
 

@@ -23,8 +23,8 @@ from flatpunch._support.checks import (
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import record
 from flatpunch._version import __version__
-from flatpunch.bem.resources import fitting_threads
 from flatpunch.bem.solution import check_tolerance
+from flatpunch.bem.solver.levels import fitting_threads
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.compliances.response import uniform_compliance
 from flatpunch.contact.curve import few, first_failure, percent
@@ -158,7 +158,6 @@ def rough_contact(
 
 
 def _control(**given: Values | None) -> tuple[ControlName, Array]:
-    """Exactly one of pressure, force and depth, checked."""
     named = [name for name, value in given.items() if value is not None]
     if len(named) != 1:
         raise ValueError(

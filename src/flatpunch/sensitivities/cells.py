@@ -16,7 +16,7 @@ import scipy
 from flatpunch import bem
 from flatpunch._support.checks import AT_ONCE, Array, Indices
 from flatpunch._support.paths import Plain
-from flatpunch.bem.height import IndenterHeight
+from flatpunch.bem.grid import IndenterHeight
 from flatpunch.bem.solution import reaches_end
 from flatpunch.compliances import Kernel
 from flatpunch.compliances.layered import SATURATION

@@ -18,27 +18,23 @@ import scipy
 
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliances.stack import interfaces
-from flatpunch.stresses.axisymmetric.anisotropic import AnisotropicPart, surface_part
-from flatpunch.stresses.axisymmetric.layered import layered_part, split_off
 from flatpunch.stresses.axisymmetric.panels import nodes_or_points
-from flatpunch.stresses.axisymmetric.radial import cartesian
-from flatpunch.stresses.axisymmetric.round_load import round_fields, turned
+from flatpunch.stresses.axisymmetric.radial import (
+    NORMAL_ORDERS,
+    AnisotropicPart,
+    surface_part,
+    turned,
+    under_pressure,
+    under_traction,
+)
+from flatpunch.stresses.axisymmetric.round_load import layered_part, round_fields, split_off
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.stresses.bodies import Located
 from flatpunch.stresses.rectangle import normal_corner, shear_corner, summed
 
-
-@dataclass(frozen=True, slots=True)
-class _Rule:
-    """How finely fields are taken: cells to the distance of a point, and Chebyshev nodes in an octave of depth."""
-
-    cells: int
-    nodes: int
-
-
-_FINE, _COARSE = _Rule(12, 7), _Rule(6, 6)
-"""The first leaves about 1e-5 of the local stress; the second is for the estimate of the error."""
-
+_CELLS, _NODES = 12, 7
+"""Cells to the distance of a point, half as many for the estimate of the error, and Chebyshev nodes in an octave of depth; they
+leave about 1e-5 of the local stress."""
 
 _RIM = 8
 """Cells around the points on a plane: the end of a cubic spline changes it by .27 to this power inside."""
@@ -48,15 +44,14 @@ _SWAP = np.array([1, 0, 2, 4, 3, 5, 7, 6, 8])
 """Components after exchanging x and y."""
 
 
-def _moments(center: float, width: float) -> list[float]:
+def _moments(low: float, high: float) -> list[float]:
     """Moments 0 to 4 of a uniform load of unit force on an interval."""
-    low, high = center - width / 2, center + width / 2
-    return [(high ** (n + 1) - low ** (n + 1)) / ((n + 1) * width) for n in range(5)]
+    return [(high ** (n + 1) - low ** (n + 1)) / ((n + 1) * (high - low)) for n in range(5)]
 
 
 _SHARED = np.linalg.solve(
-    np.transpose([_moments(offset, 1.0) for offset in (-2, -1, 0, 1, 2)]),
-    np.transpose([_moments(-0.25, 0.5), _moments(0.25, 0.5)]),
+    np.transpose([_moments(offset - 0.5, offset + 0.5) for offset in (-2, -1, 0, 1, 2)]),
+    np.transpose([_moments(-0.5, 0.0), _moments(0.0, 0.5)]),
 )
 """Shares of the left and the right half of a cell in its own load and in those of its two neighbours on each side."""
 
@@ -147,19 +142,19 @@ def cell_fields(
     fine = found[:6, some]
     if shallow.size:
         fine = fields_of_cells(cells, part, *place, direction)[:6]
-    coarse = fields_of_cells(wide, part, *place, direction, _COARSE)[:6]
+    coarse = fields_of_cells(wide, part, *place, direction, _CELLS // 2)[:6]
     largest = max(float(np.abs(cells.pressure).max()), float(np.abs(cells.traction).max()))
     error = 2 * float(np.abs(coarse - fine).max()) / largest if largest > 0 else 0.0
     return found[:6], found[6:], error
 
 
-def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: float, rule: _Rule = _FINE) -> Array:
+def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: float, fineness: int = _CELLS) -> Array:
     """All nine components at the points, shape (9, n)."""
     result = np.empty((9, x.size))
     half_x, half_y = (n * cells.spacing / 2 for n in cells.pressure.shape[::-1])
     beside = np.maximum(np.abs(x - cells.center[0]) - half_x, np.abs(y - cells.center[1]) - half_y)
     distance = np.maximum(at.depth, beside)
-    octave = np.floor(np.log2(np.maximum(distance / (rule.cells * cells.spacing), 0.5))).astype(int) + 1
+    octave = np.floor(np.log2(np.maximum(distance / (fineness * cells.spacing), 0.5))).astype(int) + 1
     # from this octave on, the load is one cell wide
     one = max(cells.pressure.shape).bit_length() + 1
     far = np.flatnonzero(octave >= one)
@@ -172,9 +167,9 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
             wide, times = wide.joined(), times + 1
         for layer in np.unique(at.layer[octave == m]):
             here = np.flatnonzero((octave == m) & (at.layer == layer))
-            for chosen, low, high in _slabs(at, int(layer), at.depth[here], wide.spacing, rule.cells if m > 0 else 0):
+            for chosen, low, high in _slabs(at, int(layer), at.depth[here], wide.spacing, fineness if m > 0 else 0):
                 points = here[chosen]
-                depths, weights = nodes_or_points(at.depth[points], low, high, rule.nodes)
+                depths, weights = nodes_or_points(at.depth[points], low, high, _NODES)
                 planes = _on_planes(wide, at, depths, int(layer), x[points], y[points], direction)
                 result[:, points] = sum(plane * weights[:, i] for i, plane in enumerate(planes))
     return result
@@ -194,7 +189,9 @@ def _as_nine_discs(cells: Cells, at: Located, x: Array, y: Array, direction: flo
         for place in [(np.arange(n) - (n - 1) / 2) / count]
     )
     dx, dy = (c + width * each.ravel() for c, each in zip(cells.center, np.meshgrid(offsets, offsets), strict=True))
-    nine = Located(at.body, np.tile(at.chosen, 9), np.tile(at.depth, 9), np.tile(at.layer, 9), at.upper)
+    nine = Located(
+        at.body, np.tile(at.chosen, dx.size), np.tile(at.depth, dx.size), np.tile(at.layer, dx.size), at.upper
+    )
     place = (x - dx[:, None]).ravel(), (y - dy[:, None]).ravel()
     result = np.zeros((9, x.size))
     # the friction of the lower body acts backwards on the upper one
@@ -203,7 +200,7 @@ def _as_nine_discs(cells: Cells, at: Located, x: Array, y: Array, direction: flo
             disc = UniformDisc(width / np.sqrt(np.pi))
             found = round_fields(disc, nine, *place, pressure=unit[0], traction=unit[1], direction=direction)
             shares = (along @ load @ across.T).ravel() / count**2
-            result += np.einsum("j,ijn->in", shares, np.concatenate(found).reshape(9, 9, -1))
+            result += np.einsum("j,ijn->in", shares, found.reshape(len(found), shares.size, -1))
     return result
 
 
@@ -271,46 +268,37 @@ def _kernels(
     disc, shear = UniformDisc(h / np.sqrt(np.pi)), direction is not None
     r, which, angles = _polar(across, along, h)
     places = np.tile(r, depths.size), np.repeat(depths, r.size), np.full(r.size * depths.size, layer)
-    normal, sideways = layered_part(at.body, disc, *places, shear)
+    added = layered_part(at.body, disc, *places, shear)
     shape = along.size, across.size
     for i, z in enumerate(depths.tolist()):
         mine = i * r.size + which
-        functions = normal[:, mine] if sideways is None else sideways[:, mine]
-        found = _components(functions, angles, direction).reshape(9, *shape)
+        found = _components(added[:, mine], angles, direction).reshape(-1, *shape)
         if split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
             found += _split_off_part(at, z, across, along, h, direction)
         yield found
 
 
 def _polar(across: Array, along: Array, h: float) -> tuple[Array, Indices, Array]:
-    """Different distances of offsets (in cells) from the origin, which of them each offset has, and its polar angle."""
-    gx, gy = np.meshgrid(across * h, along * h)
-    r, which = np.unique(np.hypot(gx, gy).round(int(12 - np.ceil(np.log10(h)))), return_inverse=True)
-    return r, which.ravel(), np.arctan2(gy, gx).ravel()
+    """Different distances [m] of offsets (in cells) from the origin, which of them each offset has, and its polar angle."""
+    gx, gy = np.meshgrid(across, along)
+    squares, which = np.unique(gx * gx + gy * gy, return_inverse=True)
+    return h * np.sqrt(squares), which.ravel(), np.arctan2(gy, gx).ravel()
 
 
 def _components(functions: Array, angles: Array, direction: float | None) -> Array:
-    """Nine components of radial functions (6, n) of a pressure, or (9, n) of a traction in a direction."""
+    """Nine components of the functions of a pressure, or of those of a traction in a direction, which follow them."""
     if direction is None:
-        return np.concatenate(cartesian(functions, None, angles))
-    return np.concatenate(turned(*cartesian(None, functions, angles - direction), direction))
-
-
-def _disc_part(
-    part: AnisotropicPart, z: float, across: Array, along: Array, h: float, direction: float | None
-) -> Array:
-    """The half-space part of one cell on a transversely isotropic surface: of a disc of the same area."""
-    r, which, angles = _polar(across, along, h)
-    shear = direction is not None
-    functions = part.of_load(UniformDisc(h / np.sqrt(np.pi)), r, np.full(r.size, z), shear)[6 if shear else 0 :, which]
-    return _components(functions, angles, direction).reshape(9, along.size, across.size)
+        return under_pressure(functions, angles)
+    return turned(under_traction(functions[len(NORMAL_ORDERS) :], angles - direction), direction)
 
 
 def _split_off_part(at: Located, z: float, across: Array, along: Array, h: float, direction: float | None) -> Array:
-    """The half-space part of one cell in closed form."""
     part = surface_part(at.body)
     if isinstance(part, AnisotropicPart):
-        return _disc_part(part, z, across, along, h, direction)
+        # a disc of the same area takes the place of the square
+        r, which, angles = _polar(across, along, h)
+        functions = part.of_load(UniformDisc(h / np.sqrt(np.pi)), r, np.full(r.size, z), direction is not None)
+        return _components(functions[:, which], angles, direction).reshape(-1, along.size, across.size)
     mu, nu = part.constants
     x = (np.append(across, across[-1] + 1) - 0.5) * h
     y = (np.append(along, along[-1] + 1) - 0.5) * h
@@ -318,6 +306,6 @@ def _split_off_part(at: Located, z: float, across: Array, along: Array, h: float
     if direction is None:
         return part.kept_of_components(summed(normal_corner(gx, gy, z, mu, nu)))
     found = np.cos(direction) * summed(shear_corner(gx, gy, z, mu, nu))
-    if abs(np.sin(direction)) > 1e-15:
+    if np.sin(direction):
         found += np.sin(direction) * summed(shear_corner(gy, gx, z, mu, nu)[_SWAP])
     return part.kept_of_components(found)

@@ -150,7 +150,6 @@ def _curve(contact: Contact) -> xr.Dataset:
 
 
 def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
-    """Source of the superposed pressure of the first-order method."""
     curve, about = _curve(contact), solved(contact)
     if not about["radius"] > 0:
         return [Nothing()], about

@@ -35,9 +35,10 @@ from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Stack, underlying
 from flatpunch.numerics.gauss import gauss
-from flatpunch.stresses.axisymmetric.contact_load import contact_load
-from flatpunch.stresses.axisymmetric.layered import wavenumbers
+from flatpunch.stresses.axisymmetric.contact_load import FARTHEST, contact_load
+from flatpunch.stresses.axisymmetric.panels import REACH
 from flatpunch.stresses.axisymmetric.ring_sources import RingSources
+from flatpunch.stresses.axisymmetric.round_load import wavenumbers
 from flatpunch.stresses.bodies import layer_at
 from flatpunch.stresses.cells import Cells
 from flatpunch.stresses.contact_sources import contact_of, contact_sources
@@ -52,9 +53,6 @@ _DIRECTIONS = 48
 
 _LARGEST_ROUND, _LARGEST_ON_CELLS = 2e7, 4e8
 """Wavenumbers times panels of a round pressure, and times cells: two or three seconds each."""
-
-_FARTHEST = 2048.0
-"""Wavenumber times radius at which the integral for the whole body ends where the modulus varies at the surface: 1e-9 is left."""
 
 
 @one_blas_thread()
@@ -246,18 +244,17 @@ def _check_depths(z: Array, load: _Transformed, body: Stack) -> None:
 
 
 def _total(kernel: Kernel, load: _Round) -> float:
-    """Energy of the whole body [J]."""
     if kernel.exponent:
-        k, weight = wavenumbers(_FARTHEST / load.radius, 2 * load.radius, load.radius)
+        k, weight = wavenumbers(FARTHEST / load.radius, 2 * load.radius, load.radius)
         return float(np.pi * (weight * k * load.square(k)) @ kernel(k))
-    x, w = gauss(40)
+    x, w = gauss()
     square = 0.0
     for low, high in zip(load.load.breaks[:-1], load.load.breaks[1:], strict=True):
         half = (high - low) / 2
         square += half * float(w @ load.load.value(low + half * (1 + x)) ** 2)
     total = np.pi**2 / kernel.modulus * square
     if not kernel.homogeneous:
-        last = _FARTHEST / load.radius if kernel.graded else kernel.cutoff / kernel.length
+        last = FARTHEST / load.radius if kernel.graded else kernel.cutoff / kernel.length
         k, weight = wavenumbers(last, 2 * load.radius, max(load.radius, kernel.length))
         rest = 2 * kernel.remainder(k * kernel.length) / (kernel.modulus * k)
         total += np.pi * float((weight * k * load.square(k)) @ rest)
@@ -282,9 +279,9 @@ def _below(body: Stack, load: _Transformed, z: Array) -> Array:
     result = np.zeros(z.size)
     layer = layer_at(body, z, "above")
     for i in range(z.size):
-        # k times the depth at which integrals end
         reached = float(attenuation(body, z[i : i + 1])[0])
-        k, weight = wavenumbers(40.0 / reached / 2, 2 * load.radius, max(load.radius, body.thickness))
+        # of the squares of waves
+        k, weight = wavenumbers(REACH / reached / 2, 2 * load.radius, max(load.radius, body.thickness))
         if law := body.power_law:
             waves = power_law_waves(law, k, z[i : i + 1])
         else:

@@ -23,11 +23,11 @@ from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, underlying
 from flatpunch.stresses.contact_sources import contact_of, solved
-from flatpunch.stresses.failure.equal_area import counted_by
-from flatpunch.stresses.failure.events import Event, Judged
+from flatpunch.stresses.failure.events import Event, Judged, largest_of_each
 from flatpunch.stresses.failure.on_cells import CellSearch
 from flatpunch.stresses.failure.round import RoundSearch
 from flatpunch.stresses.failure.strength import Strength
+from flatpunch.stresses.failure.tips import counted_by
 from flatpunch.stresses.points import AXES, checked_friction, of_case, residual_stresses
 
 BULK = {"yield": "von_mises", "tensile": "tension", "shear": "shear"}
@@ -114,16 +114,14 @@ def peak_stresses(
         (size,) = mean_contact(contact.kernel, counted_by(indenter), Control("depth", np.array([about["depth"]])))[
             1
         ].radius
-    best: dict[tuple[str, int, str], Event] = {}
-    for start in search.maxima(float(size)):
-        found = start if np.isinf(start.utilisation) else search.refined(start, float(size))
-        if found.what not in best or found.utilisation > best[found.what].utilisation:
-            best[found.what] = found
+    size = float(size)
+    starts = search.maxima(size)
+    best = largest_of_each(each if np.isinf(each.utilisation) else search.refined(each, size) for each in starts)
     largest: dict[str, Event] = {}
     for each in best.values():
         if 0 < each.utilisation < np.inf and each.utilisation > getattr(largest.get(each.kind), "utilisation", 0.0):
             largest[each.kind] = each
-    errors = {kind: search.error(each, float(size)) for kind, each in largest.items()}
+    errors = {kind: search.error(each, size) for kind, each in largest.items()}
     names = BULK | INTERFACE
     poor = [f"{_WORDS[names[kind]]} by up to {percent(off)}" for kind, off in errors.items() if off > NOTABLE_FORCE]
     notes = [*filter(None, [about["notes"]]), *([f"Expected to be off: {'; '.join(poor)}."] if poor else [])]
@@ -141,7 +139,6 @@ def peak_stresses(
 
 
 def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
-    """All elastic bodies with strengths of 1 Pa."""
     body = medium.single
     if not body:
         pair = (None, None) if residual is None else residual
@@ -163,7 +160,6 @@ def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
 def _columns(
     bodies: tuple[Judged, ...], best: dict[tuple[str, int, str], Event], direction: float
 ) -> tuple[dict[str, Column], dict[str, tuple[NDArray[np.generic], Attributes]]]:
-    """Values and places along layers and interfaces."""
     layers = [(each.name, i) for each in bodies for i in each.watched]
     interfaces = [(each.name, i) for each in bodies for i in each.watched if each.strengths[i].of_interface]
     columns: dict[str, Column] = {}

@@ -1,4 +1,4 @@
-"""`fields`: stress and displacement inside the bodies of a contact, or under prescribed loads."""
+"""`fields`: stress and displacement inside the bodies of a contact, or under prescribed loads; invariants of stress."""
 
 from __future__ import annotations
 
@@ -34,7 +34,6 @@ from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Stack, underlying
 from flatpunch.stresses.bodies import Located, Side, located
 from flatpunch.stresses.contact_sources import contact_of, contact_sources
-from flatpunch.stresses.invariants import principal, von_mises
 from flatpunch.stresses.loads import Load
 from flatpunch.stresses.sources import Source, prescribed_sources
 
@@ -299,6 +298,27 @@ def _nothing_to_solve(given: Plain, method: object, work: object) -> None:
         raise ValueError(
             f"{' and '.join(wrong)} belongs to an indenter; a prescribed load has its own pressure. Leave it out."
         )
+
+
+def von_mises(stress: Array) -> Array:
+    """Von Mises stress of (xx, yy, zz, yz, xz, xy), shape (6, ...)."""
+    xx, yy, zz, yz, xz, xy = stress
+    return np.asarray(np.sqrt(((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) / 2 + 3 * (yz**2 + xz**2 + xy**2)))
+
+
+def principal(stress: Array) -> Array:
+    """Principal stresses, largest first, shape (3, ...): the cubic of the deviator by its angle."""
+    mean = (stress[0] + stress[1] + stress[2]) / 3
+    a, b, c = stress[0] - mean, stress[1] - mean, stress[2] - mean
+    yz, xz, xy = stress[3:]
+    size = von_mises(stress)
+    third = a * (b * c - yz * yz) - xy * (xy * c - yz * xz) + xz * (xy * yz - b * xz)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        angle = np.arccos(np.clip(np.where(size > 0, 13.5 * third / size**3, 0.0), -1, 1)) / 3
+    turns = angle + 2 * np.pi / 3 * np.arange(3).reshape(-1, *([1] * size.ndim))
+    # cos falls from the first to the second turn and is in between for the third
+    values = mean + 2 / 3 * size * np.cos(turns)
+    return np.asarray(values[[0, 2, 1]])
 
 
 def _dataset(

@@ -9,15 +9,12 @@ from typing import Protocol
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, Flags
-from flatpunch.stresses.axisymmetric.panels import REACH, SECOND_REACH, missing
-from flatpunch.stresses.axisymmetric.round_load import RoundLoad, round_fields
+from flatpunch.stresses.axisymmetric.panels import REACH, SECOND_REACH, RoundLoad, missing
+from flatpunch.stresses.axisymmetric.round_load import round_fields
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.stresses.bodies import Located
 from flatpunch.stresses.cells import Cells, cell_fields
 from flatpunch.stresses.loads import DiscLoad, Load
-
-_ROUNDING = 1e-12
-"""What rounding leaves of stresses, as a share of the scale of the pressure."""
 
 _CHECKED = 4
 """Points at which round loads are calculated a second time: so many of those closest to the rim and to the middle of the load,
@@ -62,7 +59,8 @@ class RoundSource:
     def fields(self, at: Located, x: Array, y: Array, direction: float) -> tuple[Array, Array, float]:
         """Stress, displacement and error at points of one body; the error as a share of the scale of the pressure."""
         x, y = x - self.center[0], y - self.center[1]
-        stress, displacement = self._at(self.load, at, x, y, direction, REACH)
+        found = self._at(self.load, at, x, y, direction, REACH)
+        stress, displacement = found[:6], found[6:]
         r = np.hypot(x, y)
         stress[:, self._singular(r, at.depth)] = np.nan
         orders = np.hypot(r - self.load.radius, at.depth), np.hypot(r, at.depth), -np.abs(stress).max(axis=0)
@@ -71,13 +69,13 @@ class RoundSource:
         some = np.unique(np.concatenate([*first, spread]))
         part = replace(at, chosen=at.chosen[some], depth=at.depth[some], layer=at.layer[some])
         second = self.load if self.again is None else self.again()
-        other = self._at(second, part, x[some], y[some], direction, SECOND_REACH)[0]
+        other = self._at(second, part, x[some], y[some], direction, SECOND_REACH)[:6]
         size = max(abs(self.pressure), abs(self.traction)) * self.load.scale
         with np.errstate(invalid="ignore"):
             apart = np.abs(other - stress[:, some]) * missing(at.body, self.load, r[some], part.depth)
         # infinite stresses agree
         error = float(apart[np.isfinite(apart)].max(initial=0.0))
-        return stress, displacement, _ROUNDING + self.own_error + (error / size if size > 0 else 0.0)
+        return stress, displacement, ROUNDING + self.own_error + (error / size if size > 0 else 0.0)
 
     def _singular(self, r: Array, depth: Array) -> Flags:
         """Points of the surface at a ring of infinite stress: of infinite pressure, or where a traction jumps."""
@@ -85,9 +83,7 @@ class RoundSource:
         at_ring = np.isclose(r[:, None], rings, rtol=ROUNDING, atol=0.0).any(axis=1)
         return np.asarray(at_ring & (depth <= ROUNDING * self.load.radius))
 
-    def _at(
-        self, load: RoundLoad, at: Located, x: Array, y: Array, direction: float, reach: float
-    ) -> tuple[Array, Array]:
+    def _at(self, load: RoundLoad, at: Located, x: Array, y: Array, direction: float, reach: float) -> Array:
         return round_fields(
             load,
             at,

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.fft
 
 from flatpunch._support.checks import CELLS, positive, real, shown, whole
-from flatpunch.surfaces.topography import Topography
+from flatpunch.surfaces.topography import FEWEST, Topography
 
 
 def self_affine(
@@ -63,7 +63,7 @@ def self_affine(
     >>> print(rough.shape, f"{rough.rms_slope:.3f}")
     (128, 128) 0.100
     """
-    ny, nx = (whole("shape", n, 8, "It counts cells along a side.", most=CELLS) for n in _two(shape))
+    ny, nx = (whole("shape", n, FEWEST, "It counts cells along a side.", most=CELLS) for n in _two(shape))
     spacing = positive("spacing", spacing, "It is the side of a cell.", unit="m")
     hurst = real("hurst", hurst, "1")
     if not 0 < hurst <= 1:

@@ -50,9 +50,6 @@ BYTES_PER_CELL = 200
 SINGLE_FLOOR = 1e-5
 """Smallest tolerance in single precision; a tenth of it is below its rounding."""
 
-SHARED = 400**2
-"""Numbers in the transformed rows above which each thread takes whole blocks of columns; half as many gain nothing."""
-
 THREADED = 500**2
 """Number of cells above which threads are used; below, two of them take up to four times as long as one."""
 
@@ -132,7 +129,7 @@ class Operator:
             block = padded(columns[..., rows, :], (rows.stop - first, mx // (1 + even)))
             columns[..., rows, :] = _convolved(block, (-1,), self.spectrum[rows], inside, even=even)[..., :nx]
 
-        self._in_blocks(convolve, range(0, my // 2, count), columns.size)
+        self._in_blocks(convolve, range(0, my // 2, count))
         return np.asarray(cosine_back(columns, (-2,), threads)[..., :ny, :])
 
     def _rows_first(self, pressure: Array) -> Array:
@@ -155,21 +152,18 @@ class Operator:
                 block = complex_fourier_back(block, -2, inside)
             rows[..., columns] = block[..., :ny, :]
 
-        self._in_blocks(convolve, range(0, rows.shape[-1], count), rows.size)
+        self._in_blocks(convolve, range(0, rows.shape[-1], count))
         u = cosine_back(rows, (-1,), threads) if even else fourier_back(rows, mx, (-1,), threads)
         return np.asarray(u[..., :nx])
 
-    def _in_blocks(self, convolve: Callable[[int, int], None], blocks: range, size: int) -> None:
-        """Convolve blocks that begin at these places; with threads side by side, where there is much to do.
-
-        Then also what is not a transform has several threads.
-        """
-        if self.threads > 1 and size > SHARED:
+    def _in_blocks(self, convolve: Callable[[int, int], None], blocks: range) -> None:
+        """Convolve blocks that begin at these places, side by side: so also what is not a transform has several threads."""
+        if self.threads > 1:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(convolve, blocks, repeat(1)))
         else:
             for first in blocks:
-                convolve(first, self.threads)
+                convolve(first, 1)
 
     def _periodic(self, values: Cells, factor: Cells) -> Cells:
         """Values times a factor in the space of wavenumbers of the grid, without padding; shape (ny, nx)."""

@@ -29,10 +29,6 @@ _NEAR = 24.0
 """Distance in cells from which the cell average is isotropic: the cos(4 phi) part is below 1e-9 of the diagonal there."""
 
 
-_KEPT = 385
-"""Largest offset for which the half-space is kept, a megabyte: that of grids of 256 cells in all but the longest boxes."""
-
-
 Radial = Callable[[Array], Array]
 Indices = NDArray[np.signedinteger]
 
@@ -57,8 +53,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     exponent = power_exponent(kernel)
     if exponent != 0.0:
         return power_law_coefficients(kernel, exponent, spacing, shape)
-    g = love_coefficients(shape)
-    g *= spacing / (np.pi * kernel.modulus)
+    g = love_coefficients(shape) * (spacing / (np.pi * kernel.modulus))
     if not kernel.homogeneous:
         add_remainder(g, kernel, spacing)
     return g
@@ -69,17 +64,9 @@ def power_exponent(kernel: Kernel) -> float:
     return kernel.exponent
 
 
+@byte_cached
 def love_coefficients(shape: tuple[int, int]) -> Array:
     """int 1/r over the unit square around (j, i); shape (rows, columns)."""
-    return _few_love_coefficients()[: shape[0], : shape[1]].copy() if max(shape) <= _KEPT else _love_coefficients(shape)
-
-
-@byte_cached
-def _few_love_coefficients() -> Array:
-    return _love_coefficients((_KEPT, _KEPT))
-
-
-def _love_coefficients(shape: tuple[int, int]) -> Array:
     y = np.arange(-1, shape[0])[:, None] + 0.5
     x = np.arange(-1, shape[1])[None, :] + 0.5
     r = np.hypot(x, y)
@@ -177,7 +164,8 @@ def near_rule() -> NearRule:
         # neighbours, and the central cell of power laws is done in closed form
         split = (side > distance) & (side > 1e-5)
         # Gauss points along a part that is farther from the origin than six of its sides, and along others
-        for few, nodes in ((distance > 6.0 * side, 4), (distance <= 6.0 * side, 8)):
+        far = distance > 6.0 * side
+        for few, nodes in ((far, 4), (~far, 8)):
             done = few & ~split
             t, v = gauss(nodes)
             px, py = (start[done, None] + side[done, None] * (t + 1) / 2 for start in (x, y))
@@ -201,9 +189,9 @@ def power_law_coefficients(kernel: Kernel, exponent: float, spacing: float, shap
     g = np.zeros(shape)
 
     def averaged(r: Array) -> Array:
-        # r^-(1+e) and the isotropic part of h^2/24 lap + h^4 (3/7680 + 1/4608) lap lap, r in cells
+        # r^-(1+e) and the isotropic part of h^2/24 lap + 7 h^4/11520 lap lap, r in cells
         second, fourth = (1 + e) ** 2, (1 + e) ** 2 * (3 + e) ** 2
-        return np.asarray(r ** -(1 + e) * (1 + second / (24 * r**2) + fourth * (1 / 2560 + 1 / 4608) / r**4))
+        return np.asarray(r ** -(1 + e) * (1 + second / (24 * r**2) + 7 * fourth / (11520 * r**4)))
 
     add_far(g, 1.0, averaged, 1.0, _NEAR)
     add_block(g, power_block(e))
@@ -218,7 +206,7 @@ def power_block(exponent: float) -> Array:
     # the central cell in polar coordinates: eight triangles
     t, v = gauss()
     angle = np.pi / 8 * (t + 1)
-    block[0, 0] = 8 / (1 - exponent) * float(v @ (0.5 / np.cos(angle)) ** (1 - exponent)) * np.pi / 8
+    block[0, 0] = np.pi / (1 - exponent) * float(v @ (0.5 / np.cos(angle)) ** (1 - exponent))
     return block
 
 

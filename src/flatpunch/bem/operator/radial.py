@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import erfc, j0
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.compliances import Kernel
 from flatpunch.numerics.gauss import gauss
 
@@ -30,11 +30,15 @@ BLOCK = 256
 """Points of the grid of wavenumbers at which a medium is evaluated at a time; any size serves."""
 
 
+_NEIGHBOURS = 6
+"""Points of the table that a value is read from: step^6/64 of the sixth derivative in ln r is lost, below 1e-13."""
+
+
 @byte_cached
 def _rule(low: int) -> tuple[Array, Array]:
     """x = exp(i step) for i = low ... and the weights of int . J0(x) window dx; what lies below x_low counts as constant."""
     window, width = 80.0, 12.0
-    i = np.arange(low, int(np.log(window + 20 * width / 3) / STEP) + 1)
+    i = np.arange(low, int(np.log(2 * window) / STEP) + 1)
     x = np.exp(i * STEP)
     w = STEP * x * j0(x) * erfc((x - window) / width) / 2
     w[0] += x[0] / np.expm1(STEP) * STEP
@@ -45,8 +49,7 @@ def _rule(low: int) -> tuple[Array, Array]:
 class RadialTable:
     """A function of r on a geometric grid, ln r = first + i step; shape (n,). Constant below the first radius.
 
-    Values are read with local polynomials through six neighbours: relative to the function and its derivatives in ln r
-    that is step^6/64 of the sixth, below 1e-13.
+    Values are read with local polynomials through neighbours.
     """
 
     first: float
@@ -55,16 +58,25 @@ class RadialTable:
     def __call__(self, r: Array) -> Array:
         """Values at radii r [m], any shape."""
         t = (np.log(np.maximum(r, np.exp(self.first))) - self.first) / STEP
-        i = np.clip(t.astype(np.intp) - 2, 0, self.values.size - 6)
-        # polynomials about the middle of each six
-        t -= i + 2.5
-        through_six = np.linalg.inv(np.vander(np.arange(6) - 2.5, increasing=True)).T
-        *lower, highest = (np.lib.stride_tricks.sliding_window_view(self.values, 6) @ through_six).T
-        result: Array = highest[i]
-        for coefficient in reversed(lower):
-            result *= t
-            result += coefficient[i]
-        return result
+        i = np.clip(t.astype(np.intp) - (_NEIGHBOURS // 2 - 1), 0, self.values.size - _NEIGHBOURS)
+        middle = (_NEIGHBOURS - 1) / 2
+        t -= i + middle
+        return _evaluated(_through(self.values, np.arange(float(_NEIGHBOURS)) - middle), i, t)
+
+
+def _through(values: Array, places: Array) -> Array:
+    """Coefficients (powers, n) of the polynomials through neighbours, which are at these places."""
+    through = np.linalg.inv(np.vander(places, increasing=True)).T
+    return (np.lib.stride_tricks.sliding_window_view(values, places.size) @ through).T
+
+
+def _evaluated(polynomials: Array, which: Indices, t: Array) -> Array:
+    *lower, highest = polynomials
+    result: Array = highest[which]
+    for coefficient in reversed(lower):
+        result *= t
+        result += coefficient[which]
+    return result
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,23 +93,14 @@ class CellTable:
     def of(cls, radial: Callable[[Array], Array], step: float, r_high: float) -> CellTable:
         """Tabulate a function up to r_high."""
         values = radial(np.abs(np.arange(-1, int(r_high / step) + 4) * step))
-        before, here, there, after = values[:-3], values[1:-2], values[2:-1], values[3:]
-        slope = -before / 3 - here / 2 + there - after / 6
-        bend = before / 2 - here + there / 2
-        twist = (after - before) / 6 + (here - there) / 2
-        return cls(step, np.stack([here, slope, bend, twist]))
+        return cls(step, np.ascontiguousarray(_through(values, np.arange(-1.0, 3.0))))
 
     def __call__(self, r: Array) -> Array:
         """Values at radii r, any shape."""
         t = r / self.step
         i = t.astype(np.intp)
         t -= i
-        value, slope, bend, twist = self.cubics
-        result: Array = twist[i]
-        for coefficient in (bend, slope, value):
-            result *= t
-            result += coefficient[i]
-        return result
+        return _evaluated(self.cubics, i, t)
 
 
 def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0.0) -> RadialTable:
@@ -148,14 +151,8 @@ def short_wave_remainder(kernel: Kernel, kappa: Array) -> Array:
 
 def isotropic_cell_factor(q: Array) -> Array:
     """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: the factor on J0(kr) of averaging over a square."""
-    # mean of J0(q r) over the unit square; the next term is 5e-12 at q = 0.1
-    result = 1 - q**2 / 24 + q**4 * (7 / 11520)
-    # nodes over an eighth of the circle by q = k h, for 1e-13 up to q = 60; beyond, the remainder is zero or r >> h filters it
-    for low, high, nodes in ((0.1, 4.0, 8), (4.0, 16.0, 14), (16.0, np.inf, 24)):
-        chosen = np.flatnonzero((q > low) & (q <= high))
-        if chosen.size:
-            t, v = gauss(nodes)
-            angle = np.pi / 8 * (t + 1)
-            x, y = (q[chosen, None] / 2 * trig(angle) for trig in (np.cos, np.sin))
-            result[chosen] = (np.sin(x) * np.sin(y) / (x * y)) @ (v / 2)
-    return result
+    # an eighth of the circle; beyond q = 60, 1e-13 of it, the remainder is zero or r >> h filters it
+    t, v = gauss()
+    angle = np.pi / 8 * (t + 1)
+    x, y = (np.outer(q / (2 * np.pi), trig(angle)) for trig in (np.cos, np.sin))
+    return np.asarray((np.sinc(x) * np.sinc(y)) @ (v / 2))

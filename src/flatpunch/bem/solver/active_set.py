@@ -149,9 +149,7 @@ def solve_contact(
                 contact = contact | overlapping
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
         # the gap may be closed already where only the force is missing
-        change, count = removal(
-            contact, gap, max(DROP, 0.3 * tolerance / max(error, 0.3 * tolerance)), limit - iterations
-        )
+        change, count = removal(contact, gap, _drop(tolerance, error), limit - iterations)
         now, tried = _advance(operator, height, depth, now, change, careful)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
@@ -166,6 +164,12 @@ def solve_contact(
         convolutions=convolutions,
         converged=error <= tolerance,
     )
+
+
+def _drop(tolerance: float, error: float) -> float:
+    """Factor by which the inner loop reduces the gap, to no less than a third of what the outer one needs."""
+    enough = 0.3 * tolerance
+    return max(DROP, enough / max(error, enough))
 
 
 def _advance(
@@ -208,7 +212,6 @@ def _descended(operator: Operator, height: Cells, depth: float, now: _Trial, cha
 
 
 def _closed_force(operator: Operator, aim: Aim, now: _Trial) -> float:
-    """Force at this depth once the gap is closed [E* cells^2]."""
     xp = operator.xp
     contact = (now.pressure > 0) | (now.gap < 0)
     adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap))) * operator.grid.copies
@@ -286,7 +289,7 @@ def adhering(
     p, error, iterations = xp.zeros_like(one), 1.0, 0
     gap, removal = -displacement, Removal(operator.single())
     while error > tolerance and iterations < limit:
-        change, count = removal(contact, gap, max(DROP, 0.3 * tolerance / error), limit - iterations)
+        change, count = removal(contact, gap, _drop(tolerance, error), limit - iterations)
         p = p + xp.astype(change, dtype)
         gap = operator.apply(p) * one - displacement
         latest = largest(xp, gap) / scale

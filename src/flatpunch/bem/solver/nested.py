@@ -7,17 +7,15 @@ contact, which the next coarser grid knows well enough.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from flatpunch._support.checks import Array
-from flatpunch.bem.grid import Cells, Grid
+from flatpunch.bem.grid import Cells, Grid, Height
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR, to_numpy
 from flatpunch.bem.solver.active_set import Aim, State, punch_stiffness, solve_contact
 from flatpunch.bem.solver.levels import Levels, mirror_axes
-from flatpunch.bem.solver.prolongation import prolong, sampled
 
 COARSE_TOLERANCE = 1e-4
 """Largest tolerance of coarser grids, whose forces enter error estimates; at twice or half, forces change by 1e-10."""
@@ -56,7 +54,7 @@ class Punch:
 
 def solve_depth(
     levels: Levels,
-    height: Callable[[Grid], Array],
+    height: Height,
     depth: float,
     tolerance: float,
     limit: int,
@@ -82,7 +80,7 @@ class Rough:
 
 def _nested_depth(
     levels: Levels,
-    height: Callable[[Grid], Array],
+    height: Height,
     cells: Cells,
     depth: float,
     tolerance: float,
@@ -116,7 +114,7 @@ def _nested_depth(
 
 
 def solve_force(
-    levels: Levels, height: Callable[[Grid], Array], force: float, guess: float, tolerance: float, limit: int
+    levels: Levels, height: Height, force: float, guess: float, tolerance: float, limit: int
 ) -> tuple[State, Effort]:
     """Contact at a force [N], from the coarsest level up; `guess` is any depth [m] of the right order."""
     folded, cells = levels.folded_to(height)
@@ -135,7 +133,7 @@ def solve_stiffness(levels: Levels, contact: Cells, tolerance: float) -> float:
 
 def _nested_force(
     levels: Levels,
-    height: Callable[[Grid], Array],
+    height: Height,
     cells: Cells,
     force: float,
     guess: float,
@@ -248,3 +246,49 @@ def _punch(levels: Levels, state: State) -> Punch:
 def _cells(grid: Grid) -> int:
     """Number of cells, copies included."""
     return grid.nx * grid.ny * grid.copies
+
+
+def prolong(pressure: Cells, coarse: Grid, fine: Grid) -> Array:
+    """Pressure of a coarse grid on a finer one: p^2, linear at the rim of a smooth contact, is interpolated linearly."""
+    squared = beyond_the_rim(to_numpy(pressure).astype(float) ** 2)
+    return np.asarray(np.sqrt(np.maximum(sampled(squared, coarse, fine), 0.0)))
+
+
+def sampled(values: Array, coarse: Grid, fine: Grid) -> Array:
+    """Values of one grid at the cells of another, linear between them and zero beyond."""
+    along_x, along_y = coarse.mirrored
+    # a ring of zeros around, or on the other side of a mirror the first cells again
+    padded = np.pad(values, 1)
+    if along_y:
+        padded[0] = padded[1]
+    if along_x:
+        padded[:, 0] = padded[:, 1]
+    y, x = ((f - c[0]) / coarse.spacing + 1 for f, c in ((fine.y, coarse.y), (fine.x, coarse.x)))
+    between_rows = _between(padded, y)
+    return np.asarray(_between(between_rows.T, x).T)
+
+
+def _between(values: Array, position: Array) -> Array:
+    """Rows at fractional positions, those at the ends beyond them."""
+    position = np.clip(position, 0.0, values.shape[0] - 1.0)
+    low = np.minimum(position.astype(np.intp), values.shape[0] - 2)
+    share = (position - low)[:, None]
+    return np.asarray((1 - share) * values[low] + share * values[low + 1])
+
+
+def beyond_the_rim(squared: Array) -> Array:
+    """p^2 continued to the cells next to the contact, where it is negative: else the contact grows by half a cell.
+
+    Only half of the linear continuation is taken: a start too wide is corrected more easily than one too narrow, and
+    the rim of the coarse grid is itself known to a fraction of a cell only. Beside a single cell, of which no slope is known,
+    the rim is put on the cell's own: lobes two cells wide would else become half as wide again.
+    """
+    ny, nx = squared.shape
+    padded, empty = np.pad(squared, 2), squared == 0
+    total, sides = np.zeros_like(squared), np.zeros_like(squared)
+    for dy, dx in ((0, 1), (0, -1), (1, 0), (-1, 0)):
+        first, second = (padded[2 + n * dy : 2 + n * dy + ny, 2 + n * dx : 2 + n * dx + nx] for n in (1, 2))
+        known = empty & (first > 0)
+        total += np.where(known, np.where(second > 0, np.minimum(2 * first - second, 0.0), -first), 0.0)
+        sides += known
+    return np.asarray(squared + 0.5 * total / np.maximum(sides, 1.0))

@@ -10,8 +10,7 @@ import scipy
 from flatpunch import bem
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.progress import Report, reporting
-from flatpunch.bem.grid import SMALLEST
-from flatpunch.bem.height import IndenterHeight
+from flatpunch.bem.grid import SMALLEST, IndenterHeight
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR
 from flatpunch.bem.outline import enough_rays
 from flatpunch.bem.solution import reaches_end

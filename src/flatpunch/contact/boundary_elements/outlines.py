@@ -23,8 +23,7 @@ from scipy.ndimage import label, map_coordinates
 
 from flatpunch import bem
 from flatpunch._support.checks import Array
-from flatpunch.bem.grid import Grid, Mask, polar
-from flatpunch.bem.height import IndenterHeight
+from flatpunch.bem.grid import Grid, IndenterHeight, Mask, polar
 from flatpunch.bem.operator.convolution import Operator, build_operator
 from flatpunch.bem.outline import covered, ray_lengths, read, rim_along, why_none
 from flatpunch.bem.solver.active_set import solve_contact

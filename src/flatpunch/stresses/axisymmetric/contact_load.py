@@ -7,6 +7,15 @@ b = 2 int (L - 1) j_2l(x) int_0^1 r cos(xt) dt dx. Nothing is subtracted from c,
 stiff film.
 
 At the edge g vanishes; with adhesion, and under a flat end, it does not (the pressure is infinite there).
+
+On a power-law half-space, E(z) = E_l (z/l)^e, a flat punch of radius s and unit depth has the transform
+P = (K/2 pi B) int_0^s (s^2 - t^2)^(e/2) s^-(1 + e) cos(kt) dt, with K its stiffness and B = int_0^1 (1 - t^2)^(e/2) dt (Sonine's
+integral). A contact is a pile of such punches, one for each step of the depth d(s), so that its ring sources are
+
+    g(t) = C [int_t^a (s^2 - t^2)^(e/2) d'(s) ds + (d - d(a)) (a^2 - t^2)^(e/2)],     C = K/(2 pi B s^(1 + e)),
+
+the last term with adhesion and under flat ends only. Under a kink of the profile d'(s) is infinite; an integration by parts
+leaves (a^2 - t^2)^(e/2) (d - d(t)) - e int_t^a s (s^2 - t^2)^(e/2 - 1) (d(s) - d(t)) ds in the brackets.
 """
 
 from __future__ import annotations
@@ -17,28 +26,37 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
+from scipy.special import beta as beta_function
 from scipy.special import gamma
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch.compliances import Kernel
+from flatpunch.contact.round.mean_profile import mean_profile
+from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.basis import edge_signs, half_space_diagonal
 from flatpunch.punch.graded import graded_matrices
 from flatpunch.punch.matrix import RemainderRule, remainder_rule, sufficient_terms
+from flatpunch.punch.power_law import power_law_punch
 from flatpunch.punch.wavenumbers import bessel_table
 from flatpunch.stresses.axisymmetric.panels import Edge, Edges
-from flatpunch.stresses.axisymmetric.power_law import power_law_load
 from flatpunch.stresses.axisymmetric.ring_sources import RingSources, sampled
 
-_TOLERANCE = 1e-12, 1e-8
+_TOLERANCE = ROUNDING, 1e-8
 """Last terms of a panel over the largest g at which it is fine enough: on homogeneous and on graded surfaces."""
 
 _NARROWEST = 1e-9, 1e-2
 """Shortest panels over the radius, beside singular points of g: on homogeneous and on graded surfaces."""
 
-_ANGLES, _TABLE_ANGLES = 64, 16
-"""Gauss nodes in arcsin(r/t) between two kinks: of profiles that are smooth there, and between the points of a table."""
+_NODES, _TABLE_NODES = 64, 16
+"""Gauss nodes between two kinks: of profiles that are smooth there, and between the points of a table."""
+
+_CROWDED = 6
+"""On power-law half-spaces nodes are at distances from either kink like x^6: integrands have roots there."""
+
+FARTHEST = 2048.0
+"""Wavenumber times radius at which integrals over the response of a graded surface end: 1e-6 of the pressure remains."""
 
 _SMOOTH = 24
 """Terms of the series c: the rest of a sphere up to 0.8 of its radius is rounding, and 1e-8 with half as many. With hundreds the
@@ -68,12 +86,12 @@ def contact_load(
     -------
     RingSources
     """
-    kinks = np.array([0.0, *sorted(ring for ring in indenter.rings if 0 < ring < radius * (1 - 1e-12)), radius])
-    # the golden section is no end of a panel that was halved
-    breaks = np.sort(np.concatenate([kinks, kinks[:-1] + 0.618 * np.diff(kinks)])) if again else kinks
+    kinks = np.array([0.0, *sorted(ring for ring in indenter.rings if 0 < ring < radius * (1 - ROUNDING)), radius])
+    # a third is no end of a panel that was halved
+    breaks = np.sort(np.concatenate([kinks, kinks[:-1] + np.diff(kinks) / 3])) if again else kinks
     edges = (*_inside(kernel, indenter, kinks), Edge(radius, (kernel.exponent + (-1 if edge else 1)) / 2))
     if kernel.exponent:
-        return power_law_load(kernel, indenter, breaks, depth, edges, again=again)
+        return _on_power_law(kernel, indenter, breaks, depth, edges, again=again)
     sunk = _indentation(indenter, again)
 
     def panels(function: Callable[[Array], Array], rounding: float, edges: Edges) -> RingSources:
@@ -153,6 +171,10 @@ def _projected(function: Callable[[Array], Array], radius: float, terms: int) ->
     return np.asarray(edge_signs(terms) * (4 * np.arange(terms) + 1) * ((weight * function(radius * x)) @ polynomials))
 
 
+def _between(nodes: int, again: bool) -> tuple[Array, Array]:
+    return gauss(nodes + nodes // 4 * again)
+
+
 def _indentation(indenter: Indenter, again: bool) -> Callable[[Array], Array]:
     """w(t) [m], which on a half-space is the depth that brings the contact to the radius t."""
     zero = np.zeros(1)
@@ -164,11 +186,11 @@ def _indentation(indenter: Indenter, again: bool) -> Callable[[Array], Array]:
         factor = height * n * np.sqrt(np.pi) / 2 * gamma(n / 2) / gamma((n + 1) / 2)
         return lambda t: factor * t**n
     rings = np.array(sorted(indenter.rings))
-    nodes = _TABLE_ANGLES if indenter.tabulated else _ANGLES
-    x, weight = gauss(nodes + nodes // 4 * again)
+    # in arcsin(r/t)
+    x, weight = _between(_TABLE_NODES if indenter.tabulated else _NODES, again)
 
     def sunk(t: Array) -> Array:
-        flat = np.maximum(t.ravel(), 1e-300)
+        flat = np.maximum(t.ravel(), TINY)
         cuts = [np.zeros_like(flat)]
         cuts += [np.arcsin(np.minimum(ring / flat, 1.0)) for ring in rings if ring < flat.max()]
         cuts.append(np.full_like(flat, np.pi / 2))
@@ -209,7 +231,56 @@ def _rule_for_graded(kernel: Kernel, beta: Array, terms: int) -> RemainderRule:
     """Quadrature where L - 1 decays like 1/x: the integrand falls like x^-4."""
     assert kernel.series is not None
     first = min(0, int(np.floor(np.log(kernel.series.floor * float(beta[0])) / np.log(4))))
-    # wavenumber times radius at which integrals over the response of a graded surface end: 1e-6 of the pressure remains
-    table = bessel_table(0, terms, first, 2048.0)
+    table = bessel_table(0, terms, first, FARTHEST)
     weights = 2 * kernel.remainder(table.x / beta[0]) * table.w
     return RemainderRule(table, weights[None, :], np.array([table.x.size]), half_space_diagonal(0, terms))
+
+
+def _on_power_law(
+    kernel: Kernel, indenter: Indenter, breaks: Array, depth: float, edges: Edges, *, again: bool
+) -> RingSources:
+    """Ring sources of a round contact on a power-law half-space; `breaks` end with its radius; else as `contact_load`."""
+    e, radius = kernel.exponent, float(breaks[-1])
+    constant = float(power_law_punch(kernel).stiffness(np.ones(1))[0]) / (np.pi * beta_function(0.5, 1 + e / 2))
+    own = None if indenter.flat else _depths(kernel, indenter, breaks)
+    # without adhesion the depth is the one at which g vanishes at the rim
+    top = depth if edges[-1].power < 0 or own is None else float(own.value(breaks[-1:])[0])
+
+    def sources(t: Array) -> Array:
+        flat = t.ravel()
+        at_rim = np.maximum((radius - flat) * (radius + flat), TINY) ** (e / 2)
+        if own is None:
+            return np.asarray(constant * top * at_rim.reshape(t.shape))
+        piled = _piled(own, breaks, flat, e, again)
+        return np.asarray(constant * ((top - own.value(flat)) * at_rim - e * piled).reshape(t.shape))
+
+    return sampled(sources, breaks, _TOLERANCE[0], edges=edges)
+
+
+def _depths(kernel: Kernel, indenter: Indenter, breaks: Array) -> RingSources:
+    """Depth d(s) at which the contact without adhesion has the radius s."""
+    profile, shortest = mean_profile(indenter), ROUNDING * breaks[-1]
+
+    def depth(s: Array) -> Array:
+        return round_contact(kernel, profile, np.maximum(s.ravel(), shortest)).depth.reshape(s.shape)
+
+    return sampled(depth, breaks, _TOLERANCE[0])
+
+
+def _piled(own: RingSources, breaks: Array, t: Array, e: float, again: bool) -> Array:
+    """int_t^a s (s^2 - t^2)^(e/2 - 1) (d(s) - d(t)) ds."""
+    x, weight = _between(_NODES, again)
+    low, high = ((1 + x) / 2) ** _CROWDED, ((1 - x) / 2) ** _CROWDED
+    share = low / (low + high)
+    # d share/dx
+    weight = weight * 2 * _CROWDED * share * (1 - share) / ((1 + x) * (1 - x))
+    result, start = np.zeros_like(t), own.value(t)
+    for begin, end in pairwise(breaks):
+        some = np.flatnonzero(t < end)
+        beginning = np.maximum(t[some], begin)
+        length = (end - beginning)[:, None]
+        beyond = (beginning - t[some])[:, None] + length * share
+        s = t[some, None] + beyond
+        kernel = s * (beyond * (s + t[some, None])) ** (e / 2 - 1)
+        result[some] += np.sum(weight * length * kernel * (own.value(s) - start[some, None]), axis=1)
+    return result

@@ -13,6 +13,7 @@ from numpy.polynomial import chebyshev
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliances.stack import attenuation, fastest_rate, interfaces
 from flatpunch.media import Stack
+from flatpunch.numerics.chebyshev import nodal_transform, unit_nodes
 
 REACH, SECOND_REACH = 36.0, 30.0
 """k times the decay length at which integrals end: exp(-36) (kl)^2 is below rounding, exp(-30) (kl)^2 is 1e-10. The second is
@@ -25,18 +26,18 @@ waves are ended by a smooth window, which blurs the rim."""
 _HALVED = 5
 """Times that this length is halved close to edges: it is 1/48 to 1/24 of the distance down to 1/380 of the radius."""
 
-_R_NODES, _Z_NODES = 20, 16
-"""Chebyshev nodes of a panel in r, and in z, an octave of depth: they leave 1e-11."""
+OCTAVE = 16
+"""Chebyshev nodes over an octave of depth or of wavenumbers: with poles 45 degrees off the real axis they leave 5^-16 = 1e-11."""
 
-_TOGETHER = 64
+_R_NODES, _R_WIDTH = 20, 1.25
+"""Chebyshev nodes of a panel in r, and its width over the decay length: they leave 1e-11."""
+
+_TOGETHER = 4 * OCTAVE
 """Most nodes in z of layers that share their wavenumbers: half as many take up to twice the time in a stack of hundreds of
 layers, twice as many twice the memory."""
 
-_R_WIDTH = 1.25
-"""Width of a panel in r over the decay length."""
-
-_FEW, _NEAR = 64, 4.0
-"""Most different radii for which no panels are needed, within this multiple of the load's radius and the decay length."""
+_NEAR = 4.0
+"""Multiple of the load's radius and the decay length within which no panels are needed for a few radii."""
 
 
 class Edge(NamedTuple):
@@ -55,8 +56,8 @@ Edges = tuple[Edge, ...]
 """Those of a load, its rim last."""
 
 
-class Load(Protocol):
-    """A round load by its transform."""
+class RoundLoad(Protocol):
+    """A round pressure: its transform, and its half-space integrals."""
 
     @property
     def radius(self) -> float:
@@ -70,8 +71,15 @@ class Load(Protocol):
     def edges(self) -> Edges:
         """Where the pressure is not smooth."""
 
+    @property
+    def scale(self) -> float:
+        """Size of the pressure [Pa]."""
+
     def transform(self, k: Array) -> Array:
         """P(k), p(r) = int k P J_0(kr) dk [Pa m^2 / m]."""
+
+    def integrals(self, r: Array, z: Array) -> Array:
+        """I_mj = int k^j P J_m(kr) exp(-kz) dk at points (r, z), m = 0 ... 3, j = 0, 1, 2; shape (4, 3, n)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +94,7 @@ class Points:
     faded: bool = False
 
 
-def panels_in_depth(body: Stack, load: Load, r: Array, z: Array, layer: Indices) -> Iterator[list[Points]]:
+def panels_in_depth(body: Stack, load: RoundLoad, r: Array, z: Array, layer: Indices) -> Iterator[list[Points]]:
     """All points in panels, by groups that share their wavenumbers; none where nothing is left but the closed form."""
     if body.power_law:
         yield from ([part] for part in _by_distance(_octaves(load, z), load, r, z))
@@ -100,7 +108,7 @@ def _groups(parts: list[Points]) -> Iterator[list[Points]]:
     group: list[Points] = []
     for part in parts:
         alike = group and group[0].layer > 0 and part.decay <= 2 * group[0].decay
-        if not alike or sum(min(each.chosen.size, _Z_NODES) for each in (*group, part)) > _TOGETHER:
+        if not alike or sum(min(each.chosen.size, OCTAVE) for each in (*group, part)) > _TOGETHER:
             if group:
                 yield group
             group = []
@@ -109,7 +117,7 @@ def _groups(parts: list[Points]) -> Iterator[list[Points]]:
         yield group
 
 
-def _in_layer(medium: Stack, load: Load, i: int, layer: Indices, depths: Array) -> Iterator[Points]:
+def _in_layer(medium: Stack, load: RoundLoad, i: int, layer: Indices, depths: Array) -> Iterator[Points]:
     """Panels over whose depth fields are smooth: in isotropic layers octaves, and all of a top layer that is split off.
 
     Graded layers have a panel for each stretch of their laws: stresses along the surface are as smooth as the modulus.
@@ -146,7 +154,7 @@ def _in_layer(medium: Stack, load: Load, i: int, layer: Indices, depths: Array) 
         start, low = end, decay(end)
 
 
-def _octaves(load: Load, z: Array) -> Iterator[Points]:
+def _octaves(load: RoundLoad, z: Array) -> Iterator[Points]:
     """Panels in the depth of a power-law half-space."""
     start, end = 0.0, 2 * SHORTEST * load.radius
     while start < z.max(initial=-1.0) or start == 0:
@@ -156,7 +164,7 @@ def _octaves(load: Load, z: Array) -> Iterator[Points]:
         start, end = end, 2 * end
 
 
-def _by_distance(parts: Iterable[Points], load: Load, r: Array, z: Array) -> Iterator[Points]:
+def _by_distance(parts: Iterable[Points], load: RoundLoad, r: Array, z: Array) -> Iterator[Points]:
     """The panels, those whose short waves fade out in octaves of the distance from sharp edges, where shorter ones count."""
     for part in parts:
         if not part.faded:
@@ -171,14 +179,14 @@ def _by_distance(parts: Iterable[Points], load: Load, r: Array, z: Array) -> Ite
                     yield replace(part, chosen=here[which], low=low, high=min(low + 2 * decay, part.high), decay=decay)
 
 
-def _halvings(load: Load, r: Array, z: Array) -> Indices:
+def _halvings(load: RoundLoad, r: Array, z: Array) -> Indices:
     """How many times the shortest length is halved at points, for their distance from the nearest sharp edge."""
     away: Array = np.min([np.hypot(r - edge.radius, z) for edge in load.edges if edge.sharp], axis=0)
     octave = np.ceil(-np.log2(np.maximum(away / (2 * SHORTEST * load.radius), 2.0**-_HALVED)))
     return np.asarray(np.maximum(octave, 0), dtype=int)
 
 
-def missing(body: Stack, load: Load, r: Array, z: Array) -> Array:
+def missing(body: Stack, load: RoundLoad, r: Array, z: Array) -> Array:
     """What all waves that are left out change, over what those between `SECOND_REACH` and `REACH` do, shape (n,).
 
     It is 1 but at points that are closer to an edge than the shortest distance that is resolved. There stresses vary like a
@@ -198,7 +206,7 @@ def missing(body: Stack, load: Load, r: Array, z: Array) -> Array:
 
 def nodes_in_depth(part: Points, z: Array) -> tuple[Array, Array]:
     """Depths at which fields are taken, and weights that bring them to the points, as `nodes_or_points`."""
-    return nodes_or_points(z[part.chosen], part.low, part.high, _Z_NODES)
+    return nodes_or_points(z[part.chosen], part.low, part.high, OCTAVE)
 
 
 def nodes_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices, Array, Array, bool]]:
@@ -206,8 +214,9 @@ def nodes_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices,
     order = np.argsort(r, kind="stable")
     ordered = r[order]
     at = int(np.searchsorted(ordered, _NEAR * (a + decay), side="right"))
-    if 0 < np.unique(ordered[:at]).size <= _FEW:
-        yield order[:at], *nodes_or_points(ordered[:at], 0.0, 0.0, _FEW), False
+    few = int(_NEAR * _R_NODES)
+    if 0 < np.unique(ordered[:at]).size <= few:
+        yield order[:at], *nodes_or_points(ordered[:at], 0.0, 0.0, few), False
     else:
         at = 0
     while at < r.size:
@@ -235,8 +244,6 @@ def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Arra
         weights[np.arange(x.size), which.ravel()] = 1
         return own, weights
     low, high = max(low, own[0] - 1e-9 * (own[-1] - own[0])), min(high, own[-1])
-    nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
     values = chebyshev.chebvander(np.clip((2 * x - low - high) / (high - low), -1, 1), count - 1)
-    transform = chebyshev.chebvander(nodes, count - 1).T * 2 / count
-    transform[0] /= 2
-    return np.maximum((low + high) / 2 + (high - low) / 2 * nodes, 0.0), values @ transform
+    nodes = (low + high) / 2 + (high - low) / 2 * unit_nodes(count)
+    return np.maximum(nodes, 0.0), values @ nodal_transform(count)

@@ -35,19 +35,14 @@ class Rule:
     Attributes
     ----------
     nodes : int
-        Gauss nodes on a path: 2e-12 of the stress; half as many leave 4e-7, twice as many 3e-13.
-    root_nodes : int
-        Gauss nodes on a path of a panel that begins with a root: 2e-13; half as many leave 3e-7.
+        Gauss nodes on a path: 2e-12 of the stress; half as many leave 4e-7, twice as many 3e-13. Twice as many on panels that
+        begin with a root, where as many leave 3e-7.
     long : float
-        Length of a path that is divided; twice as long leaves 8e-10, half changes nothing and takes a quarter more time.
-    pieces : int
-        Parts of such a path, which on the axis at the surface is 30 long; half as many leave 4e-10 there, twice change nothing.
+        Longest path that is not divided, and longest part of one that is; twice as long leaves 8e-10.
     """
 
     nodes: int = 16
-    root_nodes: int = 32
-    long: float = 3.0
-    pieces: int = 16
+    long: float = 2.0
 
 
 _RULE = Rule()
@@ -84,8 +79,9 @@ class Panel:
     def add(self, result: Numbers, start: Complex, end: Complex, r: Array) -> None:
         """Add the integrals over the panel, along straight paths from v_b = `start` to v_c = `end`; long paths in pieces."""
         span = _span(start, end, r, self.length)
-        long = np.abs(span) > _RULE.long
-        for chosen, pieces in ((~long, 1), (long, _RULE.pieces)):
+        lengths = np.abs(span)
+        long = lengths > _RULE.long
+        for chosen, pieces in ((~long, 1), (long, int(np.ceil(lengths.max() / _RULE.long)))):
             if chosen.all():
                 self._add(result, start, span, r, pieces)
             elif chosen.any():
@@ -95,7 +91,7 @@ class Panel:
 
     def _add(self, result: Numbers, start: Complex, span: Complex, r: Array, pieces: int) -> None:
         """Add the integrals along paths of length `span`, in equal pieces."""
-        x, weight = gauss(_RULE.root_nodes if self.rooted else _RULE.nodes)
+        x, weight = gauss(2 * _RULE.nodes if self.rooted else _RULE.nodes)
         s = ((np.arange(pieces)[:, None] + (1 + x) / 2) / pieces).reshape(-1, 1)
         weight = np.tile(weight / (2 * pieces), pieces)[:, None]
         part, dv = (span * s**2, 2 * span * s * weight) if self.rooted else (span * s, span * weight)

@@ -23,35 +23,28 @@ from numpy.polynomial import legendre as polynomial
 
 from flatpunch._support.checks import Array, Flags
 from flatpunch._support.threads import in_threads
-from flatpunch.numerics.chebyshev import Numbers, unit_nodes
+from flatpunch.numerics.chebyshev import Numbers, nodal_transform, unit_nodes
 from flatpunch.numerics.gauss import gauss
-from flatpunch.stresses.axisymmetric.panels import Edges
+from flatpunch.stresses.axisymmetric.panels import SHORTEST, Edges
 from flatpunch.stresses.axisymmetric.ring_panel import ORDERS, Complex, Panel, add_jump
 
 _TERMS = 16
 """Chebyshev terms on a panel of g."""
 
 
-_SLOW = 24.0
-"""Largest k times half a panel at which Gauss quadrature is used for its transform; more than the terms on a panel."""
-
-_SPAN, _SAMPLES = 64.0, 72
-"""Length of a span of k times the radius, and Chebyshev nodes that give the transform all over it: they leave J_72(32) = 2e-19 of
+_SPAN = 96
+"""Length of a span of k times the radius, and Chebyshev nodes that give the transform all over it: they leave J_96(48) = 1e-20 of
 cos(kt)."""
 
 _CHUNK = 2048
 """Points at once: their arrays stay in the cache."""
 
-
-_JUMP = 1e-13
-"""Jump of g between panels, over the largest g, that is approximation error."""
-
 _LIFTED = 1e-30
 """Smallest depth over the radius: at the surface itself kappa is infinite at the ends of panels, and with it integrals of j = 2,
 which are needed times the depth only."""
 
-_INTEGRATED = 1e-13
-"""Error of the integral of g over a panel, over the radius times the largest g, at which its root is resolved by halving."""
+_EVEN = 1e-13
+"""Largest approximation error over that of g: of its integral over a panel, and as a jump between panels that is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,12 +76,12 @@ class RingSources:
     @property
     def scale(self) -> float:
         """Size of the pressure [Pa]: the largest g over the radius, three quarters of the mean pressure under a paraboloid."""
-        return float(np.abs(chebyshev.chebval(np.linspace(-1, 1, 9), self.series.T)).max()) / self.radius
+        return float(np.abs(chebyshev.chebval(np.linspace(-1, 1, _TERMS), self.series.T)).max()) / self.radius
 
     @property
     def shallow(self) -> float:
         """Depth to which the closed form is used under a power-law half-space [m]: deeper there is no need."""
-        return self.radius / 12
+        return 2 * SHORTEST * self.radius
 
     @property
     def force(self) -> float:
@@ -100,14 +93,14 @@ class RingSources:
         """Jumps of g at the breaks, value below minus value above, shape (panels + 1,)."""
         start, end = (chebyshev.chebval(x, self.series.T) for x in (-1.0, 1.0))
         jump = np.concatenate([[0.0], end]) - np.concatenate([start, [0.0]])
-        return np.where(np.abs(jump) > _JUMP * self.scale * self.radius, jump, 0.0)
+        return np.where(np.abs(jump) > _EVEN * self.scale * self.radius, jump, 0.0)
 
     @cached_property
     def _without_roots(self) -> RingSources:
         """Sources with g as polynomials in t alone, which is enough where it is integrated without derivatives."""
         if not self.rooted.any():
             return self
-        return sampled(self.value, self.breaks, _INTEGRATED, by_area=True)
+        return sampled(self.value, self.breaks, _EVEN, by_area=True)
 
     def value(self, t: Array) -> Array:
         """g at 0 <= t <= radius [Pa]."""
@@ -128,12 +121,12 @@ class RingSources:
             return self._without_roots.transform(k)
         span, total = np.floor(k * (self.radius / _SPAN)), np.empty_like(k)
         spans, which, counts = np.unique(span, return_inverse=True, return_counts=True)
-        crowded = counts > 2 * _SAMPLES
+        crowded = counts > 2 * _SPAN
         few = ~crowded[which]
         total[few] = self._on_product(k[few], np.zeros(1))[:, 0]
         length = _SPAN / self.radius
-        values = self._on_product(spans[crowded] * length, length * (1 + unit_nodes(_SAMPLES)) / 2)
-        series = scipy.fft.dct(values, axis=1) / _SAMPLES
+        values = self._on_product(spans[crowded] * length, length * (1 + unit_nodes(_SPAN)) / 2)
+        series = scipy.fft.dct(values, axis=1) / _SPAN
         series[:, 0] /= 2
         many, row = np.flatnonzero(~few), np.cumsum(crowded) - 1
         for start in range(0, many.size, _CHUNK):
@@ -154,9 +147,10 @@ class RingSources:
         for low, high, series in zip(self.breaks[:-1], self.breaks[1:], self.series, strict=True):
             half, middle = (high - low) / 2, (high + low) / 2
             own = chebyshev.chebtrim(series)
-            slow = start * half <= _SLOW
+            # Legendre's series needs more radians over half a panel than it has terms
+            slow = start * half <= 2 * _TERMS
             if slow.any():
-                x, w = gauss(own.size + 8 + int(0.6 * (_SLOW + offset.max() * half)))
+                x, w = gauss(own.size + int(2 * _TERMS + offset.max() * half))
                 t, weight = middle + half * x, chebyshev.chebval(x, own) * w * half
                 total[slow] += _cosines(start[slow], t, weight, offset)
             fast = k[~slow]
@@ -261,9 +255,7 @@ def sampled(
     by_area : bool
         Whether the tolerance is that of the integral of g, over the radius times the largest g.
     """
-    nodes = np.cos(np.pi * (np.arange(_TERMS) + 0.5) / _TERMS)
-    transform = chebyshev.chebvander(nodes, _TERMS - 1).T * 2 / _TERMS
-    transform[0] /= 2
+    nodes, transform = unit_nodes(_TERMS), nodal_transform(_TERMS)
     low, high = breaks[:-1], breaks[1:]
     rooted = np.zeros(low.size, dtype=bool) if roots is None else np.isin(low, roots)
     done: list[tuple[float, Array, bool]] = []

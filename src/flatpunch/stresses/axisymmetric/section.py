@@ -14,14 +14,17 @@ import scipy
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch.compliances.stack import attenuation, interfaces
 from flatpunch.media import Stack
-from flatpunch.stresses.axisymmetric.anisotropic import surface_part
-from flatpunch.stresses.axisymmetric.layered import FADING, amplitudes, bessel_functions, wavenumbers
-from flatpunch.stresses.axisymmetric.panels import REACH, SHORTEST
-from flatpunch.stresses.axisymmetric.radial import NORMAL_ORDERS, SHEAR_ORDERS, cartesian
-from flatpunch.stresses.axisymmetric.round_load import RoundLoad
-
-_STRESSES = (2, 3, 4, 5), (9, 10, 11, 12, 13, 14)
-"""Which of the radial functions are stresses: under a pressure, and under a traction."""
+from flatpunch.stresses.axisymmetric.panels import REACH, SHORTEST, RoundLoad
+from flatpunch.stresses.axisymmetric.radial import (
+    NORMAL_ORDERS,
+    NORMAL_POWERS,
+    SHEAR_POWERS,
+    orders,
+    surface_part,
+    under_pressure,
+    under_traction,
+)
+from flatpunch.stresses.axisymmetric.round_load import FADING, amplitudes, bessel_functions, wavenumbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,12 +68,9 @@ class Section:
 
         `reach` is the wavenumber times the decay length at which the integrals end.
         """
-        functions = 15 if shear else 6
         if not body.layers and not body.power_law:
-            nothing = np.zeros(0)
-            return cls(
-                body, depth, np.ones(depth.size, dtype=bool), nothing, nothing, np.zeros((functions, 0, depth.size))
-            )
+            nothing, waves = np.zeros(0), np.zeros((len(orders(shear)), 0, depth.size))
+            return cls(body, depth, np.ones(depth.size, dtype=bool), nothing, nothing, waves)
         varies = body.parts[0].varies
         top = layer == 0
         decay = attenuation(body, depth).copy()
@@ -97,19 +97,22 @@ class Section:
 
     def stress(self, load: RoundLoad, r: Array, theta: Array, traction: float) -> Array:
         """Stresses (xx, yy, zz, yz, xz, xy) at radii [m], polar angles to the sliding and all depths, (6, nr, ntheta, nz)."""
-        shear = len(self.waves) > len(NORMAL_ORDERS)
+        which, pressed = orders(len(self.waves) > len(NORMAL_ORDERS)), len(NORMAL_ORDERS)
         functions = np.zeros((len(self.waves), r.size, self.depth.size))
-        orders = NORMAL_ORDERS + (SHEAR_ORDERS if shear else ())
         if self.k.size:
             weight = self.weight * self.k * load.transform(self.k)
-            bessel = [each * weight for each in bessel_functions(np.outer(r, self.k), 4 if shear else 3)]
-            for row in _STRESSES[0] + (_STRESSES[1] if shear else ()):
-                functions[row] = bessel[orders[row]] @ self.waves[row]
+            bessel = [each * weight for each in bessel_functions(np.outer(r, self.k), max(which) + 1)]
+            # displacements are left out
+            for row, (order, power) in enumerate(zip(which, NORMAL_POWERS + SHEAR_POWERS, strict=False)):
+                if power:
+                    functions[row] = bessel[order] @ self.waves[row]
         if self.split.any():
             at_r, at_z = (each.ravel() for each in np.meshgrid(r, self.depth[self.split], indexing="ij"))
-            closed = surface_part(self.body).of_load(load, at_r, at_z, shear)
+            closed = surface_part(self.body).of_load(load, at_r, at_z, len(which) > pressed)
             functions[..., self.split] += closed.reshape(len(closed), r.size, -1)
         found = np.repeat(functions[:, :, None], theta.size, axis=2).reshape(len(functions), -1)
         angles = np.broadcast_to(theta[:, None], (r.size, theta.size, self.depth.size)).ravel()
-        stress, _ = cartesian(found[:6], traction * found[6:] if shear else None, angles)
-        return stress.reshape(6, r.size, theta.size, self.depth.size)
+        components = under_pressure(found[:pressed], angles)
+        if len(which) > pressed:
+            components += under_traction(traction * found[pressed:], angles)
+        return components[:6].reshape(-1, r.size, theta.size, self.depth.size)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import elliprc, elliprd, elliprf, elliprj, factorial, j1
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import TINY, Array
 from flatpunch.stresses.axisymmetric.panels import Edge, Edges
 
 _TERMS = 9
@@ -81,7 +81,7 @@ def _integrals(r: Array, z: Array) -> Array:
 
 def _elliptic(r: Array, z: Array) -> Array:
     far2 = (1 + r) ** 2 + z * z
-    near2 = (1 - r) ** 2 + z * z + 1e-300
+    near2 = (1 - r) ** 2 + z * z + TINY
     far, total = np.sqrt(far2), 1 + r * r + z * z
     ratio = near2 / far2
     zero, one = np.zeros_like(r), np.ones_like(r)

@@ -31,8 +31,8 @@ from flatpunch.punch.matrix import largest_beta
 from flatpunch.stresses.failure.events import Event, Judged, criterion_name, first_event, margins
 from flatpunch.stresses.failure.on_cells import CellSearch
 from flatpunch.stresses.failure.round import RoundSearch
-from flatpunch.stresses.failure.sharp import pointed_table
 from flatpunch.stresses.failure.strength import Strength, checked_strengths
+from flatpunch.stresses.failure.tips import pointed_table
 from flatpunch.stresses.points import AXES, checked_friction, of_case, residual_stresses
 
 __all__ = ["CriticalLoad", "Event", "critical_load", "critical_loads"]
@@ -287,7 +287,6 @@ def _search(
 
 
 def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
-    """The first event of a search."""
     try:
         size, worst, events = first_event(search)
     except UnresolvedLayer as error:

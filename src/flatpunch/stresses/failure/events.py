@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import count
 from typing import Any, Protocol
 
 import numpy as np
 from scipy.ndimage import label, maximum_filter
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue
+from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue
 from flatpunch._support.readable import readable
-from flatpunch.compliances.stack import interfaces, plane_at
-from flatpunch.indenters.profile import Indenter
+from flatpunch.compliances.stack import interfaces
 from flatpunch.media import Stack
-from flatpunch.stresses.failure.sharp import singular_place
 from flatpunch.stresses.failure.strength import Strength
 
-DEEPEST = 2.5
-"""Contact radii below the top of a layer down to which it is searched."""
+DEEPEST, _INTERVALS = 2.5, 12
+"""Contact radii below the top of a layer down to which it is searched, and intervals of the grid over them."""
 
+STEPS, FINER, ROUNDS = np.linspace(-1, 1, 5), 3.0, 3
+"""Places along each direction, as shares of an interval, among which one is refined; the factor by which each round is finer;
+least rounds."""
 
 _WORTH = 0.2
 """Share by which a local maximum on the grid may be below the largest to be refined too."""
@@ -31,8 +33,9 @@ _FOUND, _SOLVED, _MISSED, SURE = 1e-3, 1e-7, 0.01, 1e-4
 BEYOND = 1e-6
 """Share by which a contact is larger than a kink of the tip that it has just passed."""
 
-_ROUNDS = 20
-"""Most halvings or doublings of the size from the load of the grid to that of the refined place."""
+_STRIDE, _ROUNDS = np.log(10.0), 20
+"""Largest change of the logarithm of the size in one step of the search; most halvings or doublings of it from the load of the
+grid to that of the refined place."""
 
 
 @readable
@@ -54,6 +57,17 @@ class Event:
     def what(self) -> tuple[str, int, str]:
         """Kind, layer and body."""
         return self.kind, self.layer, self.body
+
+    @property
+    def of_face(self) -> bool:
+        """Whether it is on the lower face of the layer."""
+        return self.kind.startswith("interface")
+
+    @property
+    def polar(self) -> tuple[float, float, float]:
+        """Radius [m], polar angle [rad] and depth [m] of its place."""
+        x, y, z = self.place
+        return float(np.hypot(x, y)), float(np.arctan2(y, x)), abs(z)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,19 +144,21 @@ class Judged:
                 "that the stresses along the surface are infinite under any load. Give its top a GradedLayer."
             )
 
+    def interval(self, event: Event, radius: float) -> float:
+        """Longest interval of depth [m] of the grid in the layer of an event, if this is not on its face."""
+        return 0.0 if event.of_face else float(np.diff(self._inside(event.layer, radius)).max())
+
     def depths(self, i: int, radius: float) -> Array:
         """Depths of the grid in one layer under a contact of that radius [m]; its lower face is the last if it has one."""
-        tops, strength = self.tops, self.strengths[i]
-        face = tops[i + 1 : i + 2]
-        if not strength.of_bulk:
-            return face
-        thickness = float(face[0] - tops[i]) if face.size else np.inf
-        deep = min(thickness, DEEPEST * max(radius, float(tops[i]) / 2))
-        # intervals of the grid over the depths that are searched below a thick body's surface; thin layers have fewer, at least
-        # four
-        count = int(np.clip(np.ceil(12 * deep / (DEEPEST * radius)), 4, 12))
-        share = (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2
-        return np.unique(np.append(tops[i] + share * deep, face))
+        face = self.tops[i + 1 : i + 2]
+        return np.unique(np.append(self._inside(i, radius), face)) if self.strengths[i].of_bulk else face
+
+    def _inside(self, i: int, radius: float) -> Array:
+        top, face = np.append(self.tops, np.inf)[i : i + 2]
+        deep = min(float(face - top), DEEPEST * max(radius, float(top) / 2))
+        # thin layers have fewer intervals, at least four
+        count = int(np.clip(np.ceil(_INTERVALS * deep / (DEEPEST * radius)), 4, _INTERVALS))
+        return np.asarray(top + (1 - np.cos(np.pi * np.arange(count + 1) / count)) / 2 * deep)
 
     def largest(self, i: int, stress: Array, place: Array) -> list[Event]:
         """Largest utilisation of each kind in a layer; stress (6, ..., nz) without the residual one, places (3, ..., nz)."""
@@ -183,31 +199,6 @@ class Judged:
                 x, y, z = (float(axis[at]) for axis in there)
                 found.append(Event(kind, i, float(ratio[at]), (x, y, sign * z), self.name))
         return found
-
-    def singular(self, indenter: Indenter, radius: float, *, sliding: bool = False) -> list[Event]:
-        """Infinite stresses in the layer at the surface: at the rim of a flat end, under apex and edges of sharp tips, at kinks.
-
-        There the pressure is infinite, and so are shear and von Mises stress: at kinks unless the material is incompressible and
-        nothing slides. Behind the rim of a sliding `Cylinder` the surface is pulled as strongly as it is pressed inside.
-        """
-        strength, rim = self.strengths[0], indenter.flat
-        if not rim and self.body.power_law:
-            return []
-        place = singular_place(indenter, radius)
-        if place is None or not (rim or sliding or _sheared(self.body)):
-            return []
-        kinds = [("yield", strength.yield_stress), ("shear", strength.shear)]
-        if rim and sliding:
-            kinds.insert(1, ("tensile", strength.tensile))
-        return [Event(kind, 0, np.inf, (*place, 0.0), self.name) for kind, value in kinds if value is not None]
-
-
-def _sheared(body: Stack) -> bool:
-    """Whether infinite pressure shears the surface: material that is isotropic and incompressible has it on all sides."""
-    if body.power_law:
-        return True
-    plane = plane_at(body, np.zeros(1), np.zeros(1, dtype=int))
-    return bool(plane.oedometric[0] * plane.across[0] >= 2e-12 or abs(plane.shear[0] * plane.across[0] - 1) >= 1e-12)
 
 
 class Search(Protocol):
@@ -307,17 +298,16 @@ def _followed(search: Search, worst: Event, size: float, low: float, high: float
     """Size at which one event happens, its place refined."""
     for _ in range(_ROUNDS):
         worst = search.refined(worst, size)
-        follow = search.follower(worst, size)
+        follow = partial(_alone, search.follower(worst, size))
         least, most = max(low, size / 2), min(high, size * 2)
-        size, (worst,) = _solved(_alone(follow), size, least, most, _SOLVED)
+        size, (worst,) = _solved(follow, size, least, most, _SOLVED)
         if not _missed(worst) or least * (1 + ROUNDING) < size < most * (1 - ROUNDING):
             break
     return size, worst
 
 
-def _alone(follow: Callable[[float], Event]) -> Callable[[float], list[Event]]:
-    """The events of a search that follows one of them."""
-    return lambda size: [follow(size)]
+def _alone(follow: Callable[[float], Event], size: float) -> list[Event]:
+    return [follow(size)]
 
 
 def _missed(event: Event) -> bool:
@@ -329,12 +319,12 @@ def _solved(
     events: Callable[[float], list[Event]], start: float, low: float, high: float, tolerance: float
 ) -> tuple[float, list[Event]]:
     """Size at which the largest utilisation is one, by secants in the logarithms, inside a bracket once there is one."""
-    x, floor, ceiling = np.log(start), np.log(max(low, 1e-300)), np.log(high)
+    x, floor, ceiling = np.log(start), np.log(max(low, TINY)), np.log(high)
     before: tuple[float, float] | None = None
     below, above = -np.inf, np.inf
     for _ in range(60):
         found = events(float(np.exp(x)))
-        y = float(np.log(np.clip(max(e.utilisation for e in found), 1e-12, 1e12)))
+        y = float(np.log(np.clip(max(e.utilisation for e in found), ROUNDING, 1 / ROUNDING)))
         if abs(y) < tolerance or (y > 0 and x <= floor) or (y < 0 and x >= ceiling):
             break
         below, above = (max(below, x), above) if y < 0 else (below, min(above, x))
@@ -343,8 +333,7 @@ def _solved(
         slope = 1.0 if before is None or x == before[0] else (y - before[1]) / (x - before[0])
         step = -y / slope if slope > 0.1 else -y
         before = x, y
-        # largest change of the contact in one step of the search
-        following = float(np.clip(x + np.clip(step, -np.log(8.0), np.log(8.0)), floor, ceiling))
+        following = float(np.clip(x + np.clip(step, -_STRIDE, _STRIDE), floor, ceiling))
         if np.isfinite(above - below) and not below < following < above:
             following = (below + above) / 2
         x = following
@@ -365,23 +354,21 @@ def margins(events: Sequence[Event], *, named: bool) -> dict[str, float]:
     }
 
 
-def expected_utilisation(bodies: Sequence[Judged], radius: Array, pressure: Array) -> Array:
-    """Rough largest stress over strength under mean pressures [Pa] on discs of given radii [m], shape (criteria, n).
+def of_kind(kind: str, events: Sequence[Event]) -> Event:
+    """The one event of a kind."""
+    (found,) = [each for each in events if each.kind == kind]
+    return found
 
-    Where a search may start.
-    """
-    found = []
-    for each in bodies:
-        faces = np.append(each.tops[1:], np.inf)
-        for strength, top, face in zip(each.strengths, each.tops, faces, strict=True):
-            # notation: shares of the mean pressure, falling off with depth as on the axis of a half-space
-            for value, share, depth in (
-                (strength.yield_stress, 0.6, top),
-                (strength.shear, 0.3, top),
-                (strength.tensile, 0.2, top),
-                (strength.interface_tension, 0.1, face),
-                (strength.interface_shear, 0.3, face),
-            ):
-                if value is not None:
-                    found.append(share * pressure / (1 + (depth / radius) ** 2) / value)
-    return np.array(found)
+
+def largest_of_each(events: Iterable[Event]) -> dict[tuple[str, int, str], Event]:
+    """The largest of each kind in each layer."""
+    best: dict[tuple[str, int, str], Event] = {}
+    for each in events:
+        if each.what not in best or each.utilisation > best[each.what].utilisation:
+            best[each.what] = each
+    return best
+
+
+def body_of(bodies: Sequence[Judged], event: Event) -> Judged:
+    """The body that an event is in."""
+    return next(each for each in bodies if each.name == event.body)

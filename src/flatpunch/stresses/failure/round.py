@@ -23,19 +23,31 @@ from flatpunch.stresses.axisymmetric.ring_sources import RingSources
 from flatpunch.stresses.axisymmetric.round_load import round_fields
 from flatpunch.stresses.axisymmetric.section import Section
 from flatpunch.stresses.bodies import Located
-from flatpunch.stresses.failure.events import BEYOND, DEEPEST, SURE, Event, Judged, expected_utilisation, outwards
+from flatpunch.stresses.failure.events import (
+    BEYOND,
+    FINER,
+    ROUNDS,
+    STEPS,
+    SURE,
+    Event,
+    Judged,
+    body_of,
+    of_kind,
+    outwards,
+)
+from flatpunch.stresses.failure.tips import infinite
 
 _RADII = np.array([0.0, 0.2, 0.4, 0.6, 0.75, 0.86, 0.94, 1.0, 1.06, 1.16, 1.35, 1.7, 2.2, 3.0])
 """Radii of the grid over the contact radius; between them the largest value is refined."""
+
+_RINGS = 5
+"""Radii of the grid beyond these, as far as films bend, and in each octave where stresses still rise."""
 
 _COARSE = 14.0
 """Where integrals over the layers' response end on the grid, to a per cent; at refined places they are exact."""
 
 _ANGLES = np.linspace(0, np.pi, 5)
 """Polar angles of the grid on one side of the plane of sliding; without friction the first is enough."""
-
-_ROUNDS, _FINER = 3, 3.0
-"""Least rounds of refinement of a place, each finer by this factor, and more while the value rises; a parabola follows."""
 
 RANGE = 1e6
 """Ratio of sizes over which the first event is searched, on either side of the start."""
@@ -85,7 +97,7 @@ class RoundSearch:
         """Smallest size, start and largest size [m]."""
         if self.flat:
             force, _, radius = self.contact(1.0)
-            each = expected_utilisation(self.bodies, np.array([radius]), np.array([force / (np.pi * radius**2)]))
+            each = _expected(self.bodies, np.array([radius]), np.array([force / (np.pi * radius**2)]))
             start = float(1 / each.max())
             start = min(start, self.deepest)
             return start / RANGE, start, min(start * RANGE, self.deepest)
@@ -105,12 +117,7 @@ class RoundSearch:
 
     def singular(self, size: float) -> list[Event]:
         """Infinite stresses at a size."""
-        return [
-            event
-            for each in self.bodies
-            if each.watched
-            for event in each.singular(self.indenter, size, sliding=self.friction > 0)
-        ]
+        return infinite(self.bodies, self.indenter, size, self.friction)
 
     def events(self, size: float, only: int | None = None) -> list[Event]:
         """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
@@ -122,7 +129,8 @@ class RoundSearch:
     def maxima(self, size: float, only: int | None = None) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
         # ahead of the load, beside and behind it, which a coarse grid may not tell apart
-        parts = (slice(0, 1), slice(1, 4), slice(4, 5)) if self.friction else (slice(None),)
+        last = _ANGLES.size - 1
+        parts = (slice(0, 1), slice(1, last), slice(last, last + 1)) if self.friction else (slice(None),)
         return self._on_grids(size, only, partial(Judged.maxima, parts=parts)) + self.singular(size)
 
     def _on_grids(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
@@ -132,7 +140,7 @@ class RoundSearch:
         def on_grid(n: int) -> list[Event]:
             return [event for each, *found in self._grid(size, only, n) for event in chosen(each, *found)]
 
-        return outwards(on_grid, lambda n, event: _polar(event)[0] >= 2**n * edge * (1 - ROUNDING))
+        return outwards(on_grid, lambda n, event: event.polar[0] >= 2**n * edge * (1 - ROUNDING))
 
     def _grid(self, size: float, only: int | None, ring: int) -> Iterator[tuple[Judged, int, Array, Array]]:
         """Bodies, layers, stresses (6, nr, ntheta, nz), and their places (3, nr, ntheta, nz), with depths for z."""
@@ -140,7 +148,7 @@ class RoundSearch:
         radius = load.radius
         r, theta = self._radii(load), _ANGLES if self.friction else _ANGLES[:1]
         if ring:
-            r = r[-1] * np.geomspace(2 ** (ring - 1), 2**ring, 5)
+            r = r[-1] * np.geomspace(2 ** (ring - 1), 2**ring, _RINGS)
         for n, each in enumerate(self.bodies):
             if not each.watched:
                 continue
@@ -179,48 +187,45 @@ class RoundSearch:
         radius = load.radius
         # shear below a point is largest at half the depth away from its axis
         far = max(max(bending(each.body), each.deepest) for each in self.bodies)
-        outer = np.geomspace(3 * radius, 3 * radius + far, 6)[1:] if far > 0 else np.zeros(0)
+        outer = np.geomspace(3 * radius, 3 * radius + far, _RINGS + 1)[1:] if far > 0 else np.zeros(0)
         # beside the rim stresses of thin layers change over their thickness
         thin = min(float(np.diff(each.tops).min(initial=np.inf)) for each in self.bodies) / 4
-        beside = thin * 2.0 ** np.arange(np.log2(0.06 * radius / thin)) if thin < np.inf else np.zeros(0)
+        beside = (
+            thin * 2.0 ** np.arange(np.log2(np.diff(_RADII).min() * radius / thin)) if thin < np.inf else np.zeros(0)
+        )
         corners = [edge.radius for edge in load.edges if edge.sharp]
         return np.concatenate(
             [np.unique([*(_RADII * radius), *(radius - beside), *(radius + beside), *corners]), outer]
         )
-
-    def _judged(self, event: Event) -> Judged:
-        return next(each for each in self.bodies if each.name == event.body)
 
     def refined(self, event: Event, size: float) -> Event:
         """Return an event with its place refined on grids of five places along each direction, and by parabolas.
 
         Along each direction grids become finer once the largest value is inside, not at an end from which it may grow further.
         """
-        load, judged = self._load(size), self._judged(event)
-        radius, i = load.radius, event.layer
-        top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
+        load, judged = self._load(size), body_of(self.bodies, event)
+        top, bottom = np.append(judged.tops, np.inf)[event.layer : event.layer + 2]
         # what falls off towards zero from below has its largest value at infinity: it is searched as far as the grid
         radii = self._radii(load)
-        farthest, deepest = radii[-1], judged.depths(i, radius)[-1]
+        farthest, deepest = radii[-1], judged.depths(event.layer, load.radius)[-1]
         if event.utilisation > 0:
             farthest, deepest = np.inf, np.inf
         ends = np.array([[0, 0, top], [farthest, np.pi, min(bottom, deepest)]])
-        at = np.array(_polar(event))
-        face = event.kind.startswith("interface")
-        deep = 0.0 if face else 0.15 * min(float(bottom - top), DEEPEST * max(radius, float(top) / 2))
+        at = np.array(event.polar)
         # as far as the grid is wide there, on either side
         beside = np.searchsorted(radii, at[0])
         broad = np.diff(radii)[max(beside - 1, 0) : beside + 1].max() if beside < radii.size else 0.3 * at[0]
-        wide = np.array([broad, np.pi / 4, deep])
+        wide = np.array([broad, np.pi / 4, judged.interval(event, load.radius)])
         finer, highest, rising = np.zeros(3), -np.inf, True
 
         def tried(place: Sequence[Array]) -> tuple[Event, Array]:
             stress = self._stress(event, load, place)
-            (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
-            return found, _ratio(judged, event, stress)
+            return of_kind(event.kind, judged.largest(event.layer, stress, _places(*place))), _ratio(
+                judged, event, stress
+            )
 
-        while finer.min() < _ROUNDS or (rising and _FINER ** finer.max() * ROUNDING < 1):
-            lines = at[:, None] + (wide / _FINER**finer)[:, None] * np.linspace(-1, 1, 5)
+        while finer.min() < ROUNDS or (rising and FINER ** finer.max() * ROUNDING < 1):
+            lines = at[:, None] + (wide / FINER**finer)[:, None] * STEPS
             place = [np.unique(np.clip(line, *each)) for line, each in zip(lines, ends.T, strict=True)]
             if not self.friction or at[0] == 0:
                 place[1] = _ANGLES if self.friction else _ANGLES[:1]
@@ -237,15 +242,15 @@ class RoundSearch:
 
     def _stress(self, event: Event, load: RingSources, place: Sequence[Array], reach: float = REACH) -> Array:
         """Stresses (6, nr, ntheta, nz) in the layer of an event on the polar grid of r, theta and z."""
-        judged = self._judged(event)
+        judged = body_of(self.bodies, event)
         x, y, z = (each.ravel() for each in _places(*place))
         at = Located(judged.body, np.arange(z.size), z, np.full(z.size, event.layer))
-        stress, _ = round_fields(load, at, x, y, traction=self._traction(judged), reach=reach)
-        return stress.reshape(6, *(each.size for each in place))
+        found = round_fields(load, at, x, y, traction=self._traction(judged), reach=reach)
+        return found[:6].reshape(-1, *(each.size for each in place))
 
     def error(self, event: Event, size: float) -> float:
         """Estimated relative error of the stress: what other panels and rules change."""
-        judged, place = self._judged(event), [np.array([each]) for each in _polar(event)]
+        judged, place = body_of(self.bodies, event), [np.array([each]) for each in event.polar]
         first, second = (
             _ratio(judged, event, self._stress(event, self._load(size, again=again), place, reach)).item()
             for again, reach in ((False, REACH), (True, SECOND_REACH))
@@ -255,9 +260,8 @@ class RoundSearch:
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
         """Follow an event at the place that it has moved to in a contact of another size."""
-        judged, i = self._judged(event), event.layer
-        radius = self._load(size).radius
-        r, theta, z = _polar(event)
+        judged, radius = body_of(self.bodies, event), self._load(size).radius
+        r, theta, z = event.polar
         layered = bool(judged.body.layers)
         corner = any(abs(edge.radius / r - 1) < ROUNDING for edge in self._load(size).edges[:-1]) if r > 0 else False
 
@@ -267,8 +271,7 @@ class RoundSearch:
             growth = load.radius / radius if not layered or z < radius else 1.0
             place = np.array([r if corner else r * growth]), np.array([theta]), np.array([z if layered else z * growth])
             stress = self._stress(event, load, place)
-            (found,) = [e for e in judged.largest(i, stress, _places(*place)) if e.kind == event.kind]
-            return found
+            return of_kind(event.kind, judged.largest(event.layer, stress, _places(*place)))
 
         return followed
 
@@ -277,7 +280,8 @@ def radius_limits(
     bodies: tuple[Judged, ...], kernel: Kernel, indenter: Indenter, deepest: float
 ) -> tuple[float, float, float]:
     """Smallest radius, one at which a strength may be reached, from the mean pressure on a half-space, and the largest [m]."""
-    high = float(min(indenter.reach * 0.98, resolved_radius(kernel)))
+    reach = indenter.reach * 0.98
+    high = float(min(reach, resolved_radius(kernel)))
     if deepest < np.inf:
         try:
             (radius,) = mean_contact(kernel, indenter, Control("depth", np.array([deepest])))[1].radius
@@ -287,16 +291,38 @@ def radius_limits(
             pass
     half_space = compliance(HalfSpace(kernel.modulus, 0.0))
     flat = _flat_radius(indenter)
-    radius = np.geomspace(max(1e-12, flat), min(1e3, indenter.reach * 0.98), 200)
+    radius = np.geomspace(max(ROUNDING, flat), min(1e3, reach), 200)
     contact = round_contact(half_space, mean_profile(indenter), radius)
     mean = contact.force / (np.pi * radius**2)
-    reached = expected_utilisation(bodies, radius, mean) >= 1
+    reached = _expected(bodies, radius, mean) >= 1
     # of each criterion; sharp tips exceed some at any size
     starts = np.clip(radius[np.where(reached.any(axis=1), np.argmax(reached, axis=1), -1)], flat, high)
     # what lies deep feels nothing of contacts that are small against its depth
     last = max(float(starts.max()), *(each.deepest for each in bodies))
     lowest = float(starts.min()) / RANGE if reached.any(axis=1).all() else float(radius[0])
     return max(lowest, flat), float(starts.min()), min(high, last * RANGE)
+
+
+def _expected(bodies: Sequence[Judged], radius: Array, pressure: Array) -> Array:
+    """Rough largest stress over strength under mean pressures [Pa] on discs of given radii [m], shape (criteria, n).
+
+    Where a search may start.
+    """
+    found = []
+    for each in bodies:
+        faces = np.append(each.tops[1:], np.inf)
+        for strength, top, face in zip(each.strengths, each.tops, faces, strict=True):
+            # notation: shares of the mean pressure, falling off with depth as on the axis of a half-space
+            for value, share, depth in (
+                (strength.yield_stress, 0.6, top),
+                (strength.shear, 0.3, top),
+                (strength.tensile, 0.2, top),
+                (strength.interface_tension, 0.1, face),
+                (strength.interface_shear, 0.3, face),
+            ):
+                if value is not None:
+                    found.append(share * pressure / (1 + (depth / radius) ** 2) / value)
+    return np.array(found)
 
 
 def _octaves(judged: Judged) -> list[list[int]]:
@@ -328,7 +354,7 @@ def bending(body: Stack) -> float:
     if not body.base.rigid:
         moduli.append(body.base.surface_modulus)
     on_body = body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1)
-    return 4 * max(float(on_body), float(np.max(plates * softness) ** 0.25))
+    return 4 * max(float(on_body), float(np.max(plates * softness) ** (1 / 4)))
 
 
 def _places(r: Array, theta: Array, z: Array) -> Array:
@@ -337,20 +363,12 @@ def _places(r: Array, theta: Array, z: Array) -> Array:
     return np.stack([r * np.cos(theta), r * np.sin(theta), z])
 
 
-def _polar(event: Event) -> tuple[float, float, float]:
-    """Radius, polar angle and depth of a place."""
-    x, y, z = event.place
-    return float(np.hypot(x, y)), float(np.arctan2(y, x)), abs(z)
-
-
 def _ratio(judged: Judged, event: Event, stress: Array) -> Array:
     """Stress over strength of one kind, shape (nr, ntheta, nz)."""
     strength = judged.strengths[event.layer]
     whole = stress.copy()
     whole[:2] += judged.residual[event.layer]
-    kinds = dict(
-        strength.interface_utilisation(whole) if event.kind.startswith("interface") else strength.utilisation(whole)
-    )
+    kinds = dict(strength.interface_utilisation(whole) if event.of_face else strength.utilisation(whole))
     return kinds[event.kind]
 
 

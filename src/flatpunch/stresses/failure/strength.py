@@ -12,7 +12,7 @@ from flatpunch._support.checks import Array, shown
 from flatpunch._support.declared import Checked, a_pressure
 from flatpunch._support.readable import readable
 from flatpunch.media import Stack
-from flatpunch.stresses.invariants import principal, von_mises
+from flatpunch.stresses.points import principal, von_mises
 
 
 @readable
