@@ -13,7 +13,7 @@ from flatpunch import atlas
 from flatpunch.atlas.library import folder, identify
 from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.power_law_terms import PowerPerturbation, round_base
-from flatpunch.punch.edges import edges_of
+from flatpunch.punch.harmonics import edges_of
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
 DATA = Path(__file__).resolve().parents[1] / "data"
@@ -208,7 +208,7 @@ def test_a_pyramid_needs_no_matrix_on_a_tabulated_layer(monkeypatch):
     medium = fp.Medium([fp.Layer(young=1.0, poisson=0.4, thickness=1.0)], base=fp.RigidBase())
     tip = fp.Pyramid(sides=4, inclination=0.3)
     direct = PowerPerturbation(compliance(medium), tip, 0.0, fourth=True).at(np.array([0.3, 2.0]))[0]
-    monkeypatch.setattr("flatpunch.punch.edges.solve_edges", None)
+    monkeypatch.setattr("flatpunch.punch.harmonics.solve_edges", None)
     monkeypatch.setattr("flatpunch.punch.family.solve_round", None)
     read = PowerPerturbation(compliance(atlas.tabulated(medium)), tip, 0.0, fourth=True).at(np.array([0.3, 2.0]))[0]
     # the fourth-order columns hold two more derivatives by ln beta

@@ -8,7 +8,7 @@ import pytest
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control
 from flatpunch.contact.perturbation.fourth_order import BlendedExpansion
-from flatpunch.contact.perturbation.series_method import controlled
+from flatpunch.contact.perturbation.second_order import controlled
 from support.catalogue import HEAD, METHODS, Truth, judge, read_catalogue, read_truth, solve
 from support.catalogue_cases import DRAWN, FITTED, LATEST, UNSEEN
 

@@ -6,8 +6,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.compliances.depth import waves_at
 from flatpunch.compliances.derivatives import compliance_derivatives
-from flatpunch.compliances.response import layered_response, stack_flexibility
-from flatpunch.compliances.surface import surface_flexibility
+from flatpunch.compliances.response import layered_response, stack_flexibility, surface_flexibility
 from flatpunch.media import paths
 from flatpunch.sensitivities.parameters import medium_parameters
 from flatpunch.sensitivities.spectrum import Spectrum, by_medium

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import j0
 
-from flatpunch.numerics.log_table import log_table
+from flatpunch.numerics.piecewise import log_table
 
 KINK = 0.31
 

@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.contact.curve import Control
-from flatpunch.designs.problem import Problem
+from flatpunch.designs.search import Problem
 from flatpunch.designs.variables import variables
 
 FILM = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))

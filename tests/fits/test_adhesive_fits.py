@@ -8,7 +8,7 @@ from flatpunch.contact.physics import Physics
 from flatpunch.fits import Curve, CurveError, Sample, fit
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.pictures import fit_figure
-from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere
+from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, Truncated
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from support.sticky_curves import sticky
 from support.synthetic_curves import synthetic
@@ -30,6 +30,7 @@ W = 1e-4
             GEL, Paraboloid(3e-6), (YOUNG, WORK, "layers[0].thickness", "indenter.radius"), marks=pytest.mark.slow
         ),
         (HalfSpace(5e3, 0.5), Cone(0.4), ("base.young", WORK, "indenter.inclination")),
+        (HalfSpace(5e3, 0.5), Truncated(Cone(0.4), 5e-8), ("base.young", WORK)),
         (HalfSpace(5e3, 0.5), Pyramid(4, 0.4), ("base.young", WORK)),
         pytest.param(GEL, Pyramid(4, 0.4), (YOUNG, WORK), marks=pytest.mark.slow),
     ],
@@ -38,6 +39,7 @@ W = 1e-4
         "half-space-paraboloid",
         "gel-paraboloid",
         "half-space-cone",
+        "half-space-blunt-cone",
         "half-space-pyramid",
         "gel-pyramid",
     ],
@@ -101,6 +103,16 @@ def test_tabor_is_told():
     curve = sticky(GEL, Sphere(3e-6), W, 3e-7)
     result = fit(curve, GEL, Sphere(3e-6), [YOUNG, WORK], work_of_adhesion=W, range_of_action=1e-7)
     assert any("Tabor" in note for note in result.notes)
+
+
+def test_contacts_that_shrink_over_a_flat_end_are_named():
+    def notes(thickness):
+        layer, blunt = Medium([Layer(5e3, 0.45, thickness)], RigidBase()), Truncated(Sphere(5e-6), 4e-7)
+        model = AdhesiveModel(Sample(layer, blunt, Physics(W)), (WORK,))
+        return model.exact(np.array([1e-7]), {}).notes
+
+    assert "shrinking over the flat end" in notes(1e-6)
+    assert "shrinking over the flat end" not in notes(1e-5)
 
 
 def test_what_is_refused():

@@ -6,8 +6,8 @@ import pytest
 import flatpunch as fp
 from flatpunch.designs.variables import variables
 from flatpunch.fits import parameter_names
-from flatpunch.fits.parameters.numbers import Scale, ends, numbers_in
-from flatpunch.fits.report.quantities import label
+from flatpunch.fits.parameters.sample import Scale, ends, numbers_in
+from flatpunch.fits.report.table import label
 from flatpunch.media.paths import with_values
 from flatpunch.sweeps.axes import axes_of
 

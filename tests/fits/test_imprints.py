@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from flatpunch.fits import Curve, CurveError, fit
-from flatpunch.fits.elastic.plastic import imprint
+from flatpunch.fits.measured.cycles import imprint
 from flatpunch.indenters import Cone, Cylinder, Sphere
 from flatpunch.media import HalfSpace
 

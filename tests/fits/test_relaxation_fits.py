@@ -8,7 +8,7 @@ from flatpunch.contact.physics import Physics
 from flatpunch.fits import Curve, CurveError, Sample, fit
 from flatpunch.fits.measured.cycles import levelled, turns
 from flatpunch.fits.pictures import fit_figure
-from flatpunch.fits.viscoelastic.model import HistoryModel
+from flatpunch.fits.viscoelastic import HistoryModel
 from flatpunch.indenters import Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, PowerLawRelaxation, Prony, RigidBase, StandardLinearSolid
 

@@ -8,8 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import flatpunch as fp
-from flatpunch.contact.finite_strain.places import Strained
-from flatpunch.contact.finite_strain.tables import FILE, POISSON, SPHERES, THIN, of_poisson, tables
+from flatpunch.contact.finite_strain.tables import FILE, POISSON, SPHERES, THIN, Strained, of_poisson, tables
 from support.large_strain import GEL, LAW, POINTS, cone, end_of_spheres, large
 
 

@@ -20,7 +20,7 @@ from flatpunch.app.form import form_of
 from flatpunch.app.jobs.common import case_of as plain_case_of
 from flatpunch.app.jobs.press import sketch
 from flatpunch.app.tables import page_tables
-from flatpunch.compliances.uniform import uniform_compliance
+from flatpunch.compliances.response import uniform_compliance
 from flatpunch.files.descriptions import describe_bodies
 from flatpunch.media.paths import value_of, with_values
 from support.rubber import RubberLayer

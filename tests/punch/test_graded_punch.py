@@ -114,7 +114,8 @@ def test_identities_give_the_edge_functionals_of_layered_media(beta):
     vectors, sums = graded_harmonics(split, radii, orders)
     plain_edges = solve_edges(plain, radii, np.array(orders))
     for m in orders:
-        np.testing.assert_allclose(vectors[m][0, :15], plain_edges.vectors[m][0, :15], rtol=0, atol=1e-10)
+        found = plain_edges.vectors[m][0]
+        np.testing.assert_allclose(vectors[m][0, :15], np.pad(found, (0, 15))[:15], rtol=0, atol=1e-10)
     # d ln S_m/d ln beta = pi (s.v_m - s.v_(m+1)), summed: k_m by two roads
     k = plain_edges.stiffening(np.array(orders))[0]
     np.testing.assert_allclose([(m - 1) / 2 + sums[m][0] for m in orders], k, rtol=0, atol=1e-10)

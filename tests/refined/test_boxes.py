@@ -10,7 +10,7 @@ from flatpunch import bem
 from flatpunch.compliances import compliance
 from flatpunch.contact.boundary_elements.expected_box import boxes_around, boxes_between, level_line, outgrown
 from flatpunch.contact.boundary_elements.outlines import traced
-from flatpunch.contact.refined.reference import RoundReference
+from flatpunch.contact.refined.interpolation import RoundReference
 from flatpunch.contact.refined.sample import Case, solved
 from flatpunch.indenters import Rounded
 from flatpunch.indenters.profile import Indenter

@@ -12,8 +12,7 @@ from flatpunch import bem
 from flatpunch.bem.resources import fitting_threads
 from flatpunch.compliances import compliance
 from flatpunch.contact.perturbation.second_order import expansion_of
-from flatpunch.contact.refined.interpolation import Interpolation, settled
-from flatpunch.contact.refined.reference import RoundReference
+from flatpunch.contact.refined.interpolation import Interpolation, RoundReference, settled
 from flatpunch.contact.refined.refinement import Gap, refinement, shape_difference
 from flatpunch.contact.refined.sample import Sample
 from flatpunch.indenters import Rounded

@@ -147,7 +147,7 @@ def test_one_direction_that_ends(kind):
     """The Green's functions of half-periodic surfaces against Fourier sums over a period 24 times as long."""
     from flatpunch.bem.grid import Grid
     from flatpunch.bem.operator.periodic import periodic_operator
-    from flatpunch.compliances.uniform import uniform_compliance
+    from flatpunch.compliances.response import uniform_compliance
 
     medium = MEDIA[kind]
     kernel, uniform = fp.compliance(medium), uniform_compliance(medium)

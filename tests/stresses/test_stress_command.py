@@ -8,8 +8,7 @@ import flatpunch as fp
 from flatpunch.cli.app import app
 from flatpunch.files import CaseError, read_case
 from flatpunch.plots import fields as pictures
-from flatpunch.sweeps.failure import is_map, map_figure
-from flatpunch.sweeps.picture import figure
+from flatpunch.sweeps.picture import figure, is_map, map_figure
 
 COATING = """
 title = "Hard coating on steel"

@@ -5,7 +5,7 @@ import pytest
 
 import flatpunch as fp
 from flatpunch.compliances import compliance
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.exact import punch_stiffness
 from flatpunch.contact.viscoelastic import layered
 
 PSI, FASTER = fp.Prony([0.3, 0.4], [0.1, 2.0]), fp.StandardLinearSolid(0.5, 0.3)

@@ -16,9 +16,8 @@ import scipy
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices, positive, values, whole
 from flatpunch._support.readable import readable
 from flatpunch.atlas.panel import Coordinates, Panel, Parameter, PowerLawPanel
-from flatpunch.punch.basis import power_edge, power_moments, regular_part
+from flatpunch.punch.basis import power_edge, power_moments, regular_part, round_functionals
 from flatpunch.punch.harmonics import half_space_power_edge
-from flatpunch.punch.krein import round_functionals
 
 AnyPanel = Panel | PowerLawPanel
 P = TypeVar("P", Panel, AnyPanel)

@@ -189,7 +189,7 @@ def _finish(
 
 def _say_profiles(result: FitResult) -> None:
     from flatpunch._support.prefixes import text
-    from flatpunch.fits.report.quantities import label, unit_of
+    from flatpunch.fits.report.table import label, unit_of
 
     for name in result.shared:
         found = result.profile(name)
@@ -319,7 +319,7 @@ def _say_batch(batch: Batch, case: FitCase) -> None:
     from scipy.special import ndtr
 
     from flatpunch._support.prefixes import text
-    from flatpunch.fits.report.quantities import label, unit_of
+    from flatpunch.fits.report.table import label, unit_of
 
     say(f"{len(batch.rows) - len(batch.failed)} of {len(batch.rows)} curves fitted")
     for name in case.free:

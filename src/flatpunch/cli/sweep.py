@@ -103,7 +103,7 @@ def _finish(
 ) -> None:
     """Print, then write what was asked for."""
     from flatpunch.files import save
-    from flatpunch.sweeps.tables import save_table
+    from flatpunch.sweeps.study import save_table
 
     failed = int((result["status"] == "failed").sum())
     if failed < result["status"].size:
@@ -124,12 +124,12 @@ def _finish(
 
 def _draw(result: xr.Dataset, path: Path, style: str, quantity: str | None, step: int) -> None:
     from flatpunch.plots.style import style_of
-    from flatpunch.sweeps.failure import is_map
+    from flatpunch.sweeps.picture import is_map
 
     chosen = style_of(style)
     sizes = {} if chosen.width is None else {"width": chosen.width, "settings": chosen.settings}
     if is_map(result, quantity):
-        drawn("sweeps.failure:map_figure", result, **sizes)(path)
+        drawn("sweeps.picture:map_figure", result, **sizes)(path)
     else:
         drawn("sweeps.picture:figure", result, quantity=quantity, step=step, **sizes)(path)
 

@@ -33,6 +33,9 @@ from flatpunch.media.plane import Plane, exponents, over
 _CHANGE = 0.2
 """Largest relative change of a coefficient over a step through a graded layer: order 8 leaves 1e-9."""
 
+_STEP = 0.1
+"""Steps through a graded layer over the depth that a wave has come down: order 8 leaves 1e-9 of what reaches that depth."""
+
 
 @dataclass(frozen=True, slots=True)
 class Waves:
@@ -122,11 +125,10 @@ def _graded_parts(
     bottom, decay, (depths, varied) = top + body.thickness, Decay.of(body), _variation(body)
     ends = [top]
     while ends[-1] < bottom:
-        # steps of a tenth of the depth: order 8 leaves 1e-9 of what reaches that depth; 24 at least, as the law varies over the
-        # thickness, and more where it is steep; the reach is that of the slower rate, the step that of the faster one
+        # the reach is that of the slower rate, the step that of the faster one
         down = ends[-1] - top
-        reach = max(0.1 * (above + float(decay.down_to(np.array(down)))), 0.5 / float(k.max()))
-        step = min(reach / float(np.interp(down, decay.depths, decay.fast)), body.thickness / 24)
+        reach = max(_STEP * (above + float(decay.down_to(np.array(down)))), 0.5 / float(k.max()))
+        step = reach / float(np.interp(down, decay.depths, decay.fast))
         steep = float(np.interp(np.interp(down, depths, varied) + _CHANGE, varied, depths)) - down
         ends.append(min(ends[-1] + min(step, steep), bottom))
     wanted = np.clip(z[mine], top, bottom)
@@ -152,8 +154,8 @@ def _graded_parts(
 
 def _variation(body: AnyLayer) -> tuple[Array, Array]:
     """Depths, denser at both faces, and the sum of all relative changes of the coefficients from the top down to there."""
-    share = np.concatenate([np.linspace(0, 1, 513), np.geomspace(1e-9, 1e-3, 128)])
-    depths = np.unique(np.concatenate([body.thickness * share, body.thickness * (1 - share), body.breaks]))
+    near = body.thickness * np.geomspace(1e-9, 1e-3, 100)
+    depths = np.unique(np.concatenate([body.sampled_depths, near, body.thickness - near]))
     plane = body.plane_at(depths)
     product = exponents(plane)[1]
     logs = np.log([plane.shear, plane.stiffness, plane.across, product])
@@ -190,8 +192,8 @@ def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: fl
 
 def _hidden(part: _Part, k: Array) -> Flags:
     """Where the part hides what lies below it."""
-    # k times the step above which the wave no longer reaches that depth (k z > 15): the layer's own half-space takes its place
-    return np.asarray(k * part.thickness * part.fast > (SATURATION if part.graded is None else 1.5))
+    # a step is a share of the depth: the wave reaches neither where it does not cross the step
+    return np.asarray(k * part.thickness * part.fast > (SATURATION if part.graded is None else _STEP * SATURATION))
 
 
 def _own_flexibility(plane: Plane[float], count: int) -> tuple[Array, Array]:
@@ -338,5 +340,5 @@ def named_waves(states: Array, across: Array, plane: Plane[Array], scale: float)
     fields = np.stack([along / scale, states[1] / scale, states[2], szz, mean, difference])
     transverse = np.stack([across[0] / scale, across[1], plane.across / scale * across[0]])
     if states.shape[1] == 1:
-        return Waves(fields[:, 0], np.zeros((6, 0, 0)), np.zeros((3, 0, 0)))
+        return Waves(fields[:, 0], fields[:, 0, :0], transverse[:, :0])
     return Waves(fields[:, 0], fields[:, 1], transverse)

@@ -97,13 +97,12 @@ def _depth_rule(layer: AnyLayer, largest: float) -> tuple[Array, Array]:
     h = layer.thickness
     fastest = float(Decay.of(layer).fast.max())
     octaves = h / 2.0 ** np.arange(max(1, int(np.ceil(np.log2(4 * largest * fastest * h))) + 1))
-    # eight panels at least, as the law varies over the thickness; fields of two rates are steep at the lower face as well
+    # fields of two rates are steep at the lower face as well
     lower = h - octaves if layer.anisotropic else octaves[:0]
-    edges = np.unique(np.concatenate([[0.0], octaves, np.linspace(0, h, 9), layer.breaks, lower]))
+    edges = np.unique(np.concatenate([[0.0], octaves, layer.breaks, lower]))
     edges = edges[np.concatenate([[True], np.diff(edges) > 1e-9 * h])]
     edges[-1] = h
-    # Gauss points on an octave of depth in a graded layer
-    x, w = gauss(12)
+    x, w = gauss()
     half, middle = np.diff(edges)[:, None] / 2, (edges[1:] + edges[:-1])[:, None] / 2
     # the last depth is the lower face, where the thickness counts
     return np.append(middle + half * x, h), np.append(half * w, 0.0)

@@ -212,7 +212,7 @@ def interpolate(
     From `start` down L is expected to be smooth in kappa; it is moved down where it is not. `vanishing` says that L - 1 decays
     exponentially, under a homogeneous surface layer, so that it is zero from `last` on.
     """
-    low, high = np.log(start), np.log(last if vanishing else 32.0)
+    low, high = np.log(start), np.log(last)
     pieces: dict[tuple[float, float], Array] = {}
     ends = np.exp([low, high])
     wanted = _split(low, high)
@@ -242,8 +242,8 @@ def interpolate(
             if np.abs(series[-2:]).max() < TOLERANCE or ends[0] < 1e-12:
                 long_waves = series
             else:
-                next_round += _split(np.log(ends[0] / 16), np.log(ends[0]))
-                ends[0] /= 16
+                next_round += _split(np.log(ends[0] / 10), np.log(ends[0]))
+                ends[0] /= 10
         if short_waves is None:
             series, misfit = _fit_short(parts[index] - 1, ends[1])
             if misfit < TOLERANCE or ends[1] > 1e9:

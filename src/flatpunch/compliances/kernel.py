@@ -265,7 +265,7 @@ def _graded_stack(medium: Stack) -> Kernel:
 
 def _tail_begins(series: SmoothResponse) -> float:
     """Kappa above which L - 1 is tail/kappa to rounding."""
-    kappa = np.geomspace(series.cutoff, 1e10, 400)
+    kappa = np.geomspace(series.cutoff, 1e10, 100)
     rest = np.abs(series.derivatives(kappa, 0)[0] - series.tail / kappa)
     return float(kappa[min(int(np.flatnonzero(rest > 1e-14).max(initial=-1)) + 1, kappa.size - 1)])
 

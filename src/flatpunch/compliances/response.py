@@ -1,18 +1,30 @@
-"""Flexibility and response of a stack of layers of all kinds: the one place where the way through a layer is chosen."""
+"""Flexibility and response of a stack of layers of all kinds: the one place where the way through a layer is chosen.
+
+Along a wave the surface has the 2 x 2 matrix H of `layered` and `graded`; across it the number w = k u_t/s_tz, which obeys
+
+    w' = k (1/C44 - C66 w^2)     over the depth,
+
+so that a homogeneous layer carries it up as w -> (w - t/Z)/(1 - t Z w), t = tanh(k h sqrt(C66/C44)), Z^2 = C66 C44, and graded
+ones by Runge-Kutta steps.
+
+Under a uniform pressure C(0) is that of uniaxial strain on a rigid base, the sum of thickness (1 + nu)(1 - 2 nu)/((1 - nu) E),
+thickness/C33 where a layer is transversely isotropic, bonded or sliding, and of 1/stiffness of interfaces with springs. It is
+zero where all layers are incompressible, and infinite on an elastic base: a half-space sinks without limit.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
+import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliances.graded import carry_through_graded
+from flatpunch.compliances.graded import TOLERANCE, carry_through_graded
 from flatpunch.compliances.layered import SATURATION, Depths, carry, half_space_flexibility, states_below
 from flatpunch.compliances.transverse import Sheet, Solid
-from flatpunch.media import AnyLayer, Interface, Stack
-from flatpunch.media.plane import contact_modulus
-
-_KEPT = 8
-"""Thicknesses whose depth functions are kept during a recursion: periodic stacks repeat a few, and more cost memory."""
+from flatpunch.media import AnyLayer, Body, Interface, Material, Stack
+from flatpunch.media.plane import Plane, contact_modulus
 
 
 def layered_response(medium: Stack, k: Array) -> Array:
@@ -49,15 +61,17 @@ def stack_flexibility(medium: Stack, k: Array, scale: float) -> Array:
 def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
     """Flexibility of the stack at its surface for ascending wavenumbers, shape (2, 2, n)."""
     flexibility = half_space_flexibility(medium.base, scale, k.shape)
+    # depth functions of a thickness are kept until its last layer
+    left = Counter(layer.thickness for layer in medium.layers if layer.isotropic)
     known: dict[float, Depths] = {}
     for layer in reversed(medium.layers):
         flexibility = yielding(layer.face, flexibility, k, scale)
         if layer.isotropic:
-            if layer.thickness not in known:
-                if len(known) == _KEPT:
-                    known.pop(next(iter(known)))
-                known[layer.thickness] = Depths.of(k * layer.thickness)
-            carry(layer, flexibility, known[layer.thickness], scale)
+            depths = known.pop(layer.thickness, None) or Depths.of(k * layer.thickness)
+            carry(layer, flexibility, depths, scale)
+            left[layer.thickness] -= 1
+            if left[layer.thickness]:
+                known[layer.thickness] = depths
         elif layer.varies:
             flexibility = carry_through_graded(layer, flexibility, k, scale)
         else:
@@ -113,3 +127,92 @@ def spring_moduli(medium: Stack) -> list[float]:
     """Stiffnesses of the interfaces times the thickness of all layers [Pa]."""
     springs = (value for layer in medium.layers for value in (layer.face.normal, layer.face.shear) if value)
     return [medium.thickness * value for value in springs]
+
+
+def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
+    """Flexibilities of the surface.
+
+    Parameters
+    ----------
+    body : HalfSpace, TransverselyIsotropicHalfSpace or Medium
+        The body.
+    k : ndarray, shape (n,)
+        Wavenumbers [1/m], > 0.
+
+    Returns
+    -------
+    along : ndarray, shape (2, 2, n)
+        k (u_l, u_z) per (s_lz, s_zz) [1/Pa].
+    across : ndarray, shape (n,)
+        k u_t per s_tz [1/Pa].
+    """
+    if not body.layers:
+        return half_space_flexibility(body.base, 1.0, k.shape), _across(body, k)
+    scale = body.surface_modulus
+    return stack_flexibility(body, k, scale) / scale, _across(body, k)
+
+
+def _surface_plane(material: Material) -> Plane[Array]:
+    """Coefficients at the top of a layer or half-space [Pa], shape (1,)."""
+    return material.plane_at(np.zeros(1))
+
+
+def _across(medium: Stack, k: Array) -> Array:
+    """k u_t/s_tz at the surface."""
+    base = medium.base
+    w = np.zeros_like(k) if base.rigid else np.full(k.size, -1 / _impedance_at(_surface_plane(base))[0])
+    for layer in reversed(medium.layers):
+        slides = not layer.face
+        if not slides:
+            w = w - layer.face.softness[0] * k
+        w = _through_graded(layer, w, k, slides) if layer.varies else _through(layer, w, k, slides)
+    return w
+
+
+def _through(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
+    plane = _surface_plane(layer)
+    impedance = _impedance_at(plane)
+    t = np.tanh(k * layer.thickness * np.sqrt(plane.across * plane.shear))
+    return np.asarray(-1 / (impedance * t) if slides else (w - t / impedance) / (1 - t * impedance * w))
+
+
+def _through_graded(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:
+    """From the lower face, or from the depth that a wave reaches, where the layer is its own half-space."""
+    samples = layer.plane_at(layer.sampled_depths)
+    # waves decay like exp(-k z sqrt(C66/C44))
+    slowest = float(np.sqrt(samples.across * samples.shear).min())
+    depth = np.minimum(layer.thickness, SATURATION / (k * slowest))
+    impedance = _impedance_at(layer.plane_at(depth))
+    hidden = depth < layer.thickness
+    # where the face slides 1/w is carried, which is zero there; elsewhere w times the impedance below it
+    state = np.where(hidden, -1.0, 0.0 if slides else w * impedance)
+    inverse = np.full(k.size, slides) & ~hidden
+
+    def slope(share: float, y: Array) -> Array:
+        plane = layer.plane_at(share * depth)
+        shear, across = plane.shear * impedance, plane.across / impedance
+        return np.asarray(k * depth * np.where(inverse, across - shear * y * y, shear - across * y * y))
+
+    solved = scipy.integrate.solve_ivp(slope, (1.0, 0.0), state, method="DOP853", rtol=TOLERANCE, atol=TOLERANCE / 100)
+    y = solved.y[:, -1]
+    return np.asarray(np.where(inverse, 1 / y, y) / impedance)
+
+
+def _impedance_at(plane: Plane[Array]) -> Array:
+    """Root of C66 C44 [Pa]."""
+    return np.sqrt(plane.across / plane.shear)
+
+
+def uniform_compliance(medium: Body) -> float:
+    """C(0) [m/Pa] of a body; infinite on elastic bases and half-spaces."""
+    if not all(body.base.rigid for body in medium.elastic):
+        return float("inf")
+    layers = [layer for body in medium.elastic for layer in body.layers]
+    return sum(layer.face.softness[1] for layer in layers) + sum(_squeezed(layer) for layer in layers)
+
+
+def _squeezed(layer: AnyLayer) -> float:
+    """Shortening of a layer per pressure [m/Pa]; its sides do not move."""
+    if layer.varies:
+        return float(scipy.integrate.quad(lambda z: float(layer.plane_at(z).oedometric), 0.0, layer.thickness)[0])
+    return layer.thickness * layer.plane.oedometric

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, Values, shown
 from flatpunch._support.readable import readable
 from flatpunch.compliances import Kernel, compliance
-from flatpunch.contact.curve import NOTABLE_OUTLINE, Control, Curve, control_from, percent
+from flatpunch.contact.curve import NOTABLE_FORCE, NOTABLE_OUTLINE, Control, Curve, control_from, percent
 from flatpunch.contact.methods import (
     BoundaryElements,
     Exact,
@@ -24,9 +24,6 @@ from flatpunch.contact.round.mean_profile import mean_contact, shortest_length
 from flatpunch.indenters.profile import Indenter, check_rising
 from flatpunch.media import Body, underlying
 
-if TYPE_CHECKING:
-    pass
-
 Method = Exact | FirstOrder | SecondOrder | FourthOrder | Refined | BoundaryElements
 
 MethodName = Literal["exact", "first-order", "second-order", "fourth-order", "refined", "bem"]
@@ -37,8 +34,8 @@ METHODS: dict[str, type[Method]] = {
 }
 """Short names of the methods, with the classes whose defaults they mean."""
 
-FORCE_LIMIT = 0.005
-"""Estimated relative error of the force above which a series is not taken by default."""
+FORCE_LIMIT = NOTABLE_FORCE / 2
+"""Estimated relative error of the force above which a series is not taken by default: half of what a result has a note about."""
 
 WIDE = 20.0
 """Contact radius over the shortest length of the medium above which the harmonics of a series cost seconds and more."""

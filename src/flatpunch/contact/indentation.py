@@ -12,7 +12,7 @@ from flatpunch._support.checks import NUMBERS, Array, BadValue, Values, numbers,
 from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliances import compliance
-from flatpunch.contact.curve import control_from
+from flatpunch.contact.curve import PressureField, control_from
 from flatpunch.contact.default import (
     Method,
     MethodName,
@@ -28,7 +28,6 @@ from flatpunch.contact.histories import control_with, history, on_free_layer, st
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.methods import BoundaryElements, Exact, Refined, exactly_solved
 from flatpunch.contact.physics import FiniteStrain, Physics, PhysicsOf
-from flatpunch.contact.pressure_field import PressureField
 from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, underlying

@@ -19,8 +19,7 @@ from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, 
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable
 from flatpunch.compliances import Kernel
-from flatpunch.contact.curve import FORCE_ERROR, Control, Curve
-from flatpunch.contact.pressure_field import PressureField, superposed
+from flatpunch.contact.curve import FORCE_ERROR, Control, Curve, PressureField, superposed
 from flatpunch.indenters.profile import Indenter
 
 if TYPE_CHECKING:
@@ -319,28 +318,26 @@ class Exact(_Method):
 
     def solve(self, kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
         """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
-        from flatpunch.contact import ellipse
+        from flatpunch.contact import exact
         from flatpunch.contact.perturbation import first_order
-        from flatpunch.contact.round import cylinder
 
         if indenter.flat:
-            return cylinder.solve(kernel, indenter, control, phi)
+            return exact.solve_flat_end(kernel, indenter, control, phi)
         if indenter.round:
             return first_order.solve(kernel, indenter, control, phi)
         self._check(kernel, indenter)
-        return ellipse.solve(kernel, indenter, control, phi)
+        return exact.solve_ellipse(kernel, indenter, control, phi)
 
     def pressure(self, kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
         """Return the pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
-        from flatpunch.contact import ellipse
-        from flatpunch.contact.round import cylinder
+        from flatpunch.contact import exact
 
         if indenter.flat:
-            return PressureField(*cylinder.pressure(kernel, indenter, control, r))
+            return PressureField(*exact.flat_end_pressure(kernel, indenter, control, r))
         if indenter.round:
             return _round_pressure(kernel, indenter, control, r)
         self._check(kernel, indenter)
-        return ellipse.pressure(kernel, indenter, control, r, phi)
+        return exact.ellipse_pressure(kernel, indenter, control, r, phi)
 
     def _check(self, kernel: Kernel, indenter: Indenter) -> None:
         if not exactly_solved(kernel, indenter):
@@ -352,9 +349,9 @@ class Exact(_Method):
 
 def exactly_solved(kernel: Kernel, indenter: Indenter) -> bool:
     """Whether `Exact` solves the contact."""
-    from flatpunch.contact import ellipse
+    from flatpunch.contact import exact
 
-    return indenter.round or ellipse.applies(kernel, indenter)
+    return indenter.round or exact.has_ellipse(kernel, indenter)
 
 
 def _cell_pressure(
@@ -371,10 +368,10 @@ def _cell_pressure(
         return _round_pressure(kernel, indenter, control, r)
     ways: list[tuple[Control, int | None]] = [(control, cells)]
     if control.name == "radius":
+        from flatpunch.bem.curves import DEFAULT_CELLS
         from flatpunch.bem.grid import SMALLEST
-        from flatpunch.contact.refined.method import CELLS
 
-        half = max((cells or CELLS) // 2, SMALLEST)
+        half = max((cells or DEFAULT_CELLS) // 2, SMALLEST)
         # an accuracy for which the solutions that come with the package are not used
         independent = Refined(rtol=FORCE_ERROR / 2, cells=half)
         depths = (way.solve(kernel, indenter, control, np.zeros(1)).depth for way in (method, independent))

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
+from math import factorial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -28,21 +29,22 @@ from scipy.optimize import brentq
 from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import compliance
+from flatpunch.compliances.layered import SATURATION
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.profile import Moments
 from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media.stack import LooseBody
-from flatpunch.numerics.gauss import gauss
+from flatpunch.numerics.gauss import NODES, gauss
 from flatpunch.punch.basis import edge_signs
 from flatpunch.punch.wavenumbers import spherical_bessel
 
 WIDEST = 20.0
 """Largest contact radius over the thickness; beyond, the force is that of a sliding layer that cannot lift off, within 1e-4."""
 
-_FARTHEST = 45.0
-"""Largest k h at which the response of the layer differs from that of a half-space by more than rounding."""
+_FARTHEST = 2 * SATURATION
+"""Largest k h at which the response of the layer differs from that of a half-space: beyond, its half hides the rest."""
 
 _FIRST = 0.1
 """Distance beyond the contact under the tip, over the thickness, at which the search for that with the base begins."""
@@ -93,7 +95,7 @@ class _Plate:
     def _matrix(self, a: float, b: float, n1: int, n2: int) -> Array:
         s, step = 1.0, np.pi / max(a, b, 1.0)
         edges = np.concatenate([[0.0], np.geomspace(1e-3, step, 8), np.arange(2, _FARTHEST / step + 1) * step])
-        t, v = gauss(24 + self.more)
+        t, v = gauss(NODES + self.more)
         half = np.diff(edges)[:, None] / 2
         k, w = (edges[:-1, None] + half * (t + 1)).ravel(), (half * v).ravel()
         j = np.vstack([spherical_bessel(2 * n, k * disc)[::2] for n, disc in ((n1, a), (n2, b))])
@@ -153,7 +155,7 @@ def solve(medium: LooseBody, indenter: Indenter, control: Control, phi: Array) -
     at = np.log(np.where(live, depths, np.exp(x[0])))
     if control.name != "radius":
         law, wanted = laws[control.name], np.log(control.values[live])
-        at[live] = [brentq(lambda t, aim=aim: float(law(t)) - aim, x[0], x[-1], xtol=1e-13) for aim in wanted]
+        at[live] = [brentq(lambda t, aim=aim: float(law(t)) - aim, x[0], x[-1]) for aim in wanted]
     found = {name: np.where(live, np.exp(law(at)), 0.0) for name, law in laws.items()}
     slope = laws["force"](at, 1) / laws["depth"](at, 1)
     # at contacts between, which the cubics have not seen
@@ -187,10 +189,8 @@ def depths_held_down(medium: LooseBody, indenter: Indenter, control: Control) ->
 
 def _solved_depths(medium: LooseBody, indenter: Indenter, depths: Array, margin: float) -> Array:
     """Depths on the layer held down [m] at whose radii contacts are solved, a margin beyond those of the steps."""
-    live = depths[depths > 0]
-    low, high = (
-        (live.min() / margin, live.max() * margin) if live.size else (medium.thickness / 100, medium.thickness / 50)
-    )
+    live = depths[depths > 0] if (depths > 0).any() else np.array([medium.thickness / 100])
+    low, high = live.min() / margin, live.max() * margin
     if np.isfinite(indenter.reach):
         high = min(high, float(_held_down(medium, indenter, Control("radius", np.array([indenter.reach]))).depth[0]))
     return np.geomspace(low, high, 6 + int(np.ceil(_PER_DECADE * np.log10(high / low))))
@@ -241,5 +241,5 @@ def _responses(x: Array) -> tuple[Array, Array]:
     """L_s and L_a at x = k h/2 > 0."""
     y = 2 * x
     # sinh y - y by its series, where the difference would be rounding
-    few = y**3 / 6 * (1 + y**2 / 20 * (1 + y**2 / 42 * (1 + y**2 / 72 * (1 + y**2 / 110 * (1 + y**2 / 156)))))
+    few = y**3 * np.polynomial.polynomial.polyval(y**2, [1 / factorial(2 * j + 3) for j in range(6)])
     return 2 * np.sinh(x) ** 2 / (np.sinh(y) + y), 2 * np.cosh(x) ** 2 / np.where(y < 1, few, np.sinh(y) - y)

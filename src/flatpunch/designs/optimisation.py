@@ -1,27 +1,117 @@
-"""`design`: media and tips that do what is prescribed, on SciPy's optimisers with exact derivatives."""
+"""`design`: media and tips that do what is prescribed, on SciPy's optimisers with exact derivatives; what a design found."""
 
 from __future__ import annotations
 
 import itertools
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from flatpunch._support.checks import Array, listed, refused_overflow, shown, whole
 from flatpunch._support.progress import Report, reporting
+from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.default import Method, MethodName
 from flatpunch.contact.methods import BoundaryElements
-from flatpunch.designs.problem import LARGEST, Problem
-from flatpunch.designs.result import Design, DesignedValue, Minimum
-from flatpunch.designs.search import ALIKE, ROUNDING, End, different, reachable, search, starts
+from flatpunch.designs.search import ALIKE, LARGEST, ROUNDING, End, Problem, different, reachable, search, starts
 from flatpunch.designs.targets import UNITS, LargestLoad, Limit, Target
 from flatpunch.designs.variables import Variables, variables
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, underlying
 from flatpunch.sensitivities.derivatives import derivable
+
+
+@dataclass(frozen=True, slots=True)
+class DesignedValue:
+    """One varied number: its value in the case, the one found, its bounds [SI], and which bound it is at.
+
+    Attributes
+    ----------
+    name, unit : str
+    start, found, low, high : float
+    at_bound : {"", "low", "high"}
+    """
+
+    name: str
+    unit: str
+    start: float
+    found: float
+    low: float
+    high: float
+    at_bound: Literal["", "low", "high"]
+
+
+@dataclass(frozen=True, slots=True)
+class Minimum:
+    """Where one of the starts ended: its misfit, or the largest load [N], and the values in the order of the table."""
+
+    misfit: float | None
+    load: float | None
+    values: tuple[float, ...]
+
+
+@readable
+@dataclass(frozen=True, eq=False)
+class Design:
+    """A designed medium and tip.
+
+    Attributes
+    ----------
+    medium, indenter : object
+        With the values found.
+    values : tuple of DesignedValue
+        The table of start, found values and active bounds.
+    quantity, control : str
+        What was prescribed, and at which quantity; "critical load" and "" for the largest load.
+    at, wanted, achieved, before : ndarray, shape (n,)
+        Depths or forces, prescribed values, those of the design and those of the case before [SI].
+    misfit : float
+        Root of the mean square of the relative deviations; zero for the largest load.
+    minima : tuple of Minimum
+        Different ends of the starts, the best first.
+    notes : tuple of str
+        What a user should know: bounds that stop the design, ranges that no values reach, minima that differ.
+    evaluations : int
+        Number of contacts or critical loads solved.
+
+    See Also
+    --------
+    flatpunch.design : Makes it.
+    flatpunch.plot_design : The picture.
+
+    Examples
+    --------
+    >>> film = fp.Layer(young=2e9, poisson=0.4, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.22))
+    >>> wanted = fp.Target("stiffness", 50e3, force=2e-3)
+    >>> found = fp.design(film, fp.Sphere(radius=20e-6), vary={"layers[0].young": (1e9, 9e9)}, objective=wanted)
+    >>> print(f"{found.medium.layers[0].young / 1e9:.2f} GPa, misfit below 1e-6: {found.misfit < 1e-6}")
+    3.64 GPa, misfit below 1e-6: True
+    """
+
+    medium: Body
+    indenter: Indenter
+    values: tuple[DesignedValue, ...]
+    quantity: str
+    control: str
+    at: Array
+    wanted: Array
+    achieved: Array
+    before: Array
+    misfit: float
+    minima: tuple[Minimum, ...]
+    notes: tuple[str, ...]
+    evaluations: int
+
+    def __getitem__(self, name: str) -> float:
+        """Return the value found for a varied number [SI]."""
+        for each in self.values:
+            if each.name == name:
+                return each.found
+        raise KeyError(name)
 
 
 @one_blas_thread()
@@ -121,7 +211,6 @@ def _check_cells(objective: Target | LargestLoad, limits: list[Limit]) -> None:
 
 
 def _check_together(limits: list[Limit]) -> None:
-    """Refuse limits on one quantity at one place that exclude each other."""
     for one, other in itertools.permutations(limits, 2):
         alike = (one.quantity, one.control.name, float(one.control.values[0])) == (
             other.quantity,
@@ -164,10 +253,10 @@ def _first(problem: Problem, objective: Target | LargestLoad, limits: list[Limit
 
 
 def _effect(problem: Problem, objective: LargestLoad, u: Array, i: int) -> float:
-    """Change of the logarithm of the load over a twentieth of the range of one number."""
+    """Change of the logarithm of the load over a tenth of the range of one number."""
     low, high = (problem.variables.internal(each) for each in (problem.variables.low, problem.variables.high))
     moved = u.copy()
-    moved[i] += 0.05 * (high[i] - low[i]) * (1 if u[i] < (low[i] + high[i]) / 2 else -1)
+    moved[i] += 0.1 * (high[i] - low[i]) * (1 if u[i] < (low[i] + high[i]) / 2 else -1)
     return abs(problem.load(moved, objective) - problem.load(u, objective))
 
 
@@ -268,7 +357,6 @@ def _unmet(problem: Problem, target: Target, limits: list[Limit], best: End, val
 
 
 def _undetermined(spread: Variables, slope: Array) -> list[str]:
-    """Combinations of the numbers that do not change what is prescribed."""
     strength = np.linalg.svd(slope * (spread.internal(spread.high) - spread.internal(spread.low)), compute_uv=False)
     rank = int(np.count_nonzero(strength > ROUNDING * strength[0]))
     if rank >= len(spread.names):

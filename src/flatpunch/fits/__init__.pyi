@@ -10,7 +10,6 @@ from .half_space.correction import Correction, correct
 from .half_space.formulas import compare_formulas
 from .measured.curve import Curve, CurveError
 from .measured.files.readers import read_curve
-from .parameters.priors import LogNormal, Normal, Uniform
 from .parameters.sample import Sample
 from .parameters.scaling import parameter_names
 from .parameters.settings import Free, Settings
@@ -19,7 +18,7 @@ from .plan import plan_scan, planned
 from .reading import plot_measured
 from .report.likelihood import Profile
 from .report.plans import Plan, PlanScan
-from .report.posterior import Posterior
+from .report.posterior import LogNormal, Normal, Posterior, Uniform
 from .report.result import FitResult
 from .report.table import Estimate
 from .together import Measured, fit_together

@@ -21,13 +21,21 @@ from flatpunch._support.threads import cores
 from flatpunch.fits.fitting import fit_model
 from flatpunch.fits.measured.curve import Curve, check_curves
 from flatpunch.fits.models import Model, model_of
-from flatpunch.fits.parameters.numbers import BESIDE
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import BESIDE, Sample
 from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.places import Place, Records, keys_of, listed, on_grid
 from flatpunch.fits.report.findings import doubts
-from flatpunch.fits.report.quantities import label, unit_of
-from flatpunch.fits.report.table import Estimate, column, columns_of, csv_of, dataset_of, saved, units_in
+from flatpunch.fits.report.table import (
+    Estimate,
+    column,
+    columns_of,
+    csv_of,
+    dataset_of,
+    label,
+    saved,
+    unit_of,
+    units_in,
+)
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.parallel.calls import Missing, map_calls
@@ -76,11 +84,9 @@ class Batch:
         return {**BESIDE, **self.numbers}.get(name) or Record(name, np.nan, Number(name), None)
 
     def _line_(self) -> str:
-        """How many curves, and how many of them can be trusted."""
         return f"Batch({len(self.rows)} curves, {len(self.failed)} left out)"
 
     def _table_(self) -> Table:
-        """A row for each of the first curves: name, fitted values, why it was left out."""
         fitted = [self.number(name) for name in self.fitted]
         rows = [
             (
@@ -298,7 +304,9 @@ def fit_rows(
 
 def _fitted(job: _Job, items: Sequence[Placed], workers: int | None) -> Iterator[list[tuple[int, Plain]]]:
     """Records as they are made, here and in worker processes, each with the index of its item."""
-    count = min(workers if workers is not None else min(cores(), 1 + len(items) // 64), len(items))
+    # starting a process takes as long as a few reports
+    few = 1 + len(items) // (4 * _CHUNK)
+    count = min(workers if workers is not None else min(cores(), few), len(items))
     team = processes(count - 1) if count > 1 else None
     for made in map_calls(job.one, items, team, here=job.one):
         yield [(i, job.lost(items[i], row) if isinstance(row, Missing) else row) for i, row in made]
@@ -314,7 +322,6 @@ class _Job:
     reading: Plain
 
     def one(self, placed: Placed) -> Plain:
-        """Record of a curve."""
         item, values = placed
         return self._one(*self._opened(item), values)
 
@@ -323,7 +330,6 @@ class _Job:
         return model_of(self.sample, self.free, self.settings.method)
 
     def lost(self, placed: Placed, missing: Missing) -> Plain:
-        """Record of a curve that worker processes did not survive."""
         return {**_origin(placed[0]), "ok": False, "reason": missing.reason}
 
     def _opened(self, item: Curve | Place) -> tuple[Plain, Curve | Exception]:

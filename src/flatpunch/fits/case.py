@@ -45,15 +45,14 @@ from flatpunch.fits.half_space.formulas import layer_on_top
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.measured.files.readers import read_curve
 from flatpunch.fits.models import check_free, check_segment, segments
-from flatpunch.fits.parameters.numbers import BESIDE, CALIBRATION, NUISANCE
-from flatpunch.fits.parameters.priors import Prior
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import BESIDE, CALIBRATION, NUISANCE, Sample
 from flatpunch.fits.parameters.scaling import scaling
 from flatpunch.fits.parameters.settings import Free, Settings
 from flatpunch.fits.plan import plan_scan, planned
 from flatpunch.fits.report.plans import Plan, PlanScan
-from flatpunch.fits.report.quantities import between, unit_of
+from flatpunch.fits.report.posterior import Prior
 from flatpunch.fits.report.result import FitResult
+from flatpunch.fits.report.table import between, unit_of
 from flatpunch.fits.together import Measured
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace

@@ -22,11 +22,11 @@ from flatpunch._support.paths import Plain, put
 from flatpunch.files import units as si
 from flatpunch.files.tables.fields import Count, Force, Length, Number, Pressure, Switch, Table
 from flatpunch.files.tables.indenters import IndenterTable
+from flatpunch.fits.films.oliver_pharr import Tip
 from flatpunch.fits.measured.columns import STIFFNESS
-from flatpunch.fits.parameters.numbers import Numbers
-from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import Numbers, Sample
 from flatpunch.fits.parameters.settings import Free, Settings
+from flatpunch.fits.report.posterior import LogNormal, Normal, Prior, Uniform
 from flatpunch.media.material import POISSON
 
 FRAME = si.Dimension("compliance", "m/N", "200 nm/N", ("m/N", "nm/mN"))
@@ -192,8 +192,8 @@ class FilmTable(Table):
     describes = dict
 
     area_coefficients: list[Number] = Field(default=[])
-    beta: Number = 1.034
-    epsilon: Number = 0.75
+    beta: Number = Tip.beta
+    epsilon: Number = Tip.epsilon
     frame: str | None = None
     fit_frame: Switch = False
     imprint: Number = 0.0

@@ -12,7 +12,7 @@ from scipy.ndimage import gaussian_filter
 from scipy.special import ndtr
 
 from flatpunch._support.checks import Array, Flags, instance
-from flatpunch.fits.report.quantities import axis_label, unit_of
+from flatpunch.fits.report.table import axis_label, unit_of
 from flatpunch.plots.style import BLUE, GREY, ORANGE, PALE, SHADE, THIN, StyleName, axes_or_new, scale_of, sheet, styled
 
 if TYPE_CHECKING:

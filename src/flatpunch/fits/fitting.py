@@ -15,7 +15,7 @@ from flatpunch._support.threads import one_blas_thread
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.adhesion.setup import adhesive_setup
 from flatpunch.fits.elastic.setup import elastic_setup
-from flatpunch.fits.least_squares.minimum import SETTLED, SOON, Minimum, minimise, reweighted
+from flatpunch.fits.least_squares.minimum import ROUGH, SETTLED, SOON, Minimum, minimise, reweighted
 from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
@@ -25,8 +25,7 @@ from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Setting
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
 from flatpunch.fits.report.result import FitResult
-from flatpunch.fits.viscoelastic.model import HistoryModel
-from flatpunch.fits.viscoelastic.setup import history_setup
+from flatpunch.fits.viscoelastic import HistoryModel, history_setup
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 
@@ -214,11 +213,10 @@ def unfinished(count: int, found: Minimum) -> str:
 
 def effort(tabulated: bool, quick: bool = False) -> Plain:
     """How long is searched; where each step solves the contact, valleys that hardly end would cost hundreds: they are noted."""
-    return {"settled": SOON if quick else SETTLED} if tabulated else {"settled": 1e-2, "steps": 20}
+    return {"settled": SOON if quick else SETTLED} if tabulated else {"settled": ROUGH, "steps": 20}
 
 
 def _why_not(setup: Setup, found: Minimum) -> str:
-    """Reason of a search that found no minimum, and what to do."""
     if "contact" in setup.objective.names:
         inside = setup.objective.indentation(setup.part, found.x)[setup.used]
         if inside.min() > 0:

@@ -14,10 +14,9 @@ from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.elastic import model as elastic_model
 from flatpunch.fits.elastic.model import ForwardModel
-from flatpunch.fits.parameters.numbers import Scale, ends
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import Sample, Scale, ends
 from flatpunch.fits.parameters.settings import FitMethod, Free
-from flatpunch.fits.viscoelastic.model import HistoryModel
+from flatpunch.fits.viscoelastic import HistoryModel
 
 FAR = 1e6
 """A free parameter without limits may leave its start by this factor."""
@@ -109,7 +108,6 @@ def _between(number: Place, start: float, limits: Free, ends: tuple[float, float
 
 
 def _limit(number: Place, which: str, value: float) -> float:
-    """Internal value of a limit."""
     scale, name = Scale.of(number), f"{number.path} {which}"
     value = real(name, value)
     if scale.form != "plain" and value <= 0:

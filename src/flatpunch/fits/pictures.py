@@ -13,8 +13,8 @@ from flatpunch._support.checks import Array, Indices, instance
 from flatpunch._support.prefixes import text
 from flatpunch.fits.distributions import bars
 from flatpunch.fits.half_space.formulas import layer_on_top
-from flatpunch.fits.report.quantities import axis_label, unit_of
-from flatpunch.fits.report.quantities import label as label_of
+from flatpunch.fits.report.table import axis_label, unit_of
+from flatpunch.fits.report.table import label as label_of
 from flatpunch.media.material import young_and_poisson
 from flatpunch.plots.style import (
     BLUE,
@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+_SHOWN = 50
+"""Largest error of a formula that a picture shows [%]."""
 _LETTERS = 46
 """Letters in a line of a title; more do not fit above a panel of one column."""
 
@@ -345,7 +347,7 @@ def comparison_figure(found: xr.Dataset, *, title: str = "", style: StyleName | 
         factors.set_ylim(0, 3 / 2 * top)
         for limit in WITHIN:
             errors.axhspan(-100 * limit, 100 * limit, color="black", alpha=0.1, linewidth=0)
-        errors.set_ylim(-50, 50)
+        errors.set_ylim(-_SHOWN, _SHOWN)
         for axes in (factors, errors):
             axes.set_xlabel(f"indentation depth ({unit})")
         factors.set_ylabel("force over that of the half-space formula")

@@ -26,7 +26,7 @@ from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, 
 from flatpunch._version import __version__
 from flatpunch.files.units import registry
 from flatpunch.fits.measured.curve import Curve, CurveError
-from flatpunch.fits.measured.files.contents import by_number
+from flatpunch.fits.measured.files.contents import LARGEST, by_number
 from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in, read_curve
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Free, Settings
@@ -80,7 +80,7 @@ def listed_in(path: Path, reading: Plain | None = None) -> list[Place]:
 def values_in(path: Path, items: Sequence[Place], numbers: Mapping[str, Record]) -> dict[str, Array]:
     """Known values of curves from a CSV file: the column `curve` has their names, "layers[0].thickness [nm]" values and unit."""
     try:
-        rows = list(csv.reader(text_content(path, 20_000_000).splitlines()))
+        rows = list(csv.reader(text_content(path, LARGEST).splitlines()))
     except Unreadable as error:
         raise ValueError(f"{shown_path(path)}: {error}.") from None
     heads = (title.strip().partition(" ") for title in (rows[0] if rows else []))
@@ -108,7 +108,6 @@ def values_in(path: Path, items: Sequence[Place], numbers: Mapping[str, Record])
 
 
 def _scale(unit: str, in_si: str) -> float:
-    """One of a unit in SI."""
     try:
         return float(registry().Quantity(1, unit).to(in_si.replace("^", "**")).magnitude)
     # texts that are no units end in pint's own errors and in those of Python's tokenizer
@@ -129,7 +128,6 @@ def files_in(folder: str | Path) -> list[Path]:
 
 
 def _is_table(path: Path) -> bool:
-    """Whether a file is the table of a batch, by its titles."""
     if path.suffix.lower() != ".csv" or not path.is_file():
         return False
     with suppress(OSError), path.open("rb") as file:

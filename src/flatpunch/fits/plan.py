@@ -24,13 +24,12 @@ from flatpunch.contact.methods import FirstOrder
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.least_squares.minimum import covariance
-from flatpunch.fits.parameters.numbers import BESIDE, Scale
-from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import BESIDE, Sample, Scale
 from flatpunch.fits.parameters.settings import FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.report.findings import TANGLED, combinations
 from flatpunch.fits.report.plans import POORLY, Plan, PlanScan
-from flatpunch.fits.report.quantities import unit_of
+from flatpunch.fits.report.posterior import LogNormal, Normal, Prior, Uniform
+from flatpunch.fits.report.table import unit_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.sensitivities.gradient import gradients

@@ -23,8 +23,7 @@ from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fits.measured.signal import independent
 from flatpunch.fits.models import bounds, check_free, model_of
-from flatpunch.fits.parameters.numbers import OF
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import OF, Sample
 from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
@@ -198,7 +197,6 @@ def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
 
 
 def _joined(problem: Problem, settings: Settings) -> FitResult:
-    """The fit of all curves, each over its noise."""
     coarse, x, noise = problem.coarse, problem.start, _noises(problem, problem.start)
     # fits, each with the noise of the one before, until it stays within a per cent
     for _ in range(3):
@@ -245,7 +243,6 @@ def _excess(alone: FitResult) -> tuple[float, int]:
 
 
 def _disagreement(result: FitResult) -> tuple[str, ...]:
-    """A note about curves that are not of one sample."""
     # probability of curves of one sample to differ as much as these, below which it is worth a note
     if result.agreement >= 1e-3:
         return ()

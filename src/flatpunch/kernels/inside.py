@@ -78,7 +78,7 @@ def _waves(body: Stack, k: Array, z: Array, side: Side) -> Waves:
     from flatpunch._support.checks import ROUNDING, one_of
     from flatpunch._support.prefixes import text
     from flatpunch.compliances.depth import waves_at
-    from flatpunch.compliances.power_law_depth import power_law_waves
+    from flatpunch.compliances.power_law import power_law_waves
     from flatpunch.compliances.stack import layer_at
 
     one_of("side", side, ("above", "below"), "It is the side of an interface on which depths are taken.")

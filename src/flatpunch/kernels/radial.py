@@ -38,7 +38,7 @@ class Radial(NamedTuple):
 
 def radial_compliance(body: Body, k: Array) -> Radial:
     """The four functions at wavenumbers k > 0, shape (n,) each."""
-    from flatpunch.compliances.surface import surface_flexibility
+    from flatpunch.compliances.response import surface_flexibility
 
     stack = body.single
     if not stack:
@@ -62,7 +62,7 @@ def _of_pair(pair: Body, k: Array) -> Radial:
 
 def _of_power_law(body: Body, law: PowerLaw, k: Array) -> Radial:
     from flatpunch.compliances import compliance
-    from flatpunch.compliances.power_law_depth import power_law_waves
+    from flatpunch.compliances.power_law import power_law_waves
 
     if law.exponent >= 1:
         raise ValueError(

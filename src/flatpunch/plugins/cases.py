@@ -10,7 +10,7 @@ from pathlib import Path
 
 from flatpunch._support.readable import source_of
 from flatpunch.fits.elastic.model import method_for
-from flatpunch.fits.parameters.numbers import numbers_in
+from flatpunch.fits.parameters.sample import numbers_in
 from flatpunch.fits.parameters.scaling import scaling
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter

@@ -7,16 +7,34 @@ For the angular harmonic m (T3.1):
 with edge coefficient (-1)^n. On a half-space of modulus 1 their matrix is diagonal, D_n = pi/(2(m + 2n) + 1), so what is
 slow in n (the singular edge functionals of cones and the like) has closed forms there, collected here; a medium changes
 the leading block alone.
+
+Given how it changes with the radius, the flat punch c* determines what the edge does to any displacement (Krein's identity, see
+`graded` for the derivation; primes are derivatives by ln beta, q = 2 l, s_l = (-1)^l):
+
+    pi e^2 = c_0 + c_0',        pi e v_l = -q c_l - (2 q + 1) s_l (e - sum_(i<=l) s_i c_i) + c_l',
+
+where e = S[c*] and S[A_0^-1 b] = S0[b] + b.v. The derivative of v gives the functional of d'(a). Sums over the edge signs are
+never taken to the end of the series, which under graded surfaces would converge like N^-2 only.
 """
 
 from __future__ import annotations
+
+from math import exp, gamma, lgamma
 
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.numerics.beta import beta
 from flatpunch.numerics.gauss import gauss
+
+
+def beta(a: float, b: float) -> float:
+    """B(a, b) = Gamma(a) Gamma(b)/Gamma(a + b) for a, b > 0; to a few roundings where Gamma(a + b) does not overflow."""
+    try:
+        return gamma(a) / gamma(a + b) * gamma(b)
+    except OverflowError:
+        return exp(lgamma(a) - lgamma(a + b) + lgamma(b))
+
 
 OUTWARDS = np.sin(np.linspace(0, np.pi / 2, 100))
 """Radii of the unit disc, centre and rim included, at which pressures of punches are judged."""
@@ -114,3 +132,29 @@ def _inverse_of_lower(factors: Array) -> Array:
     inverse[:, :half, :half], inverse[:, half:, half:] = upper, lower
     inverse[:, half:, :half] = -lower @ factors[:, half:, :half] @ upper
     return inverse
+
+
+def round_functionals(c: Array, first: Array, second: Array) -> tuple[Array, Array]:
+    """Edge functional v and slope functional u of harmonic 0, shape (nb, terms) each.
+
+    From the flat punch c* on the unit disc at nb radii and its derivatives by ln beta. S[A_0^-1 b] = S0[b] + b.v, and
+    -a dS[f]/da = t0[f] + b.u up to a multiple of S, which d'(a) does not feel.
+    """
+    s = edge_signs(c.shape[1])
+    width = 4.0 * np.arange(c.shape[1]) + 1
+    strength = np.sqrt((c[:, 0] + first[:, 0]) / np.pi)[:, None]
+    growth = (first[:, 0] + second[:, 0])[:, None] / (2 * np.pi * strength**2)
+    edge = (excess(0, c, strength) + first) / (np.pi * strength)
+    change = (excess(0, first, growth * strength) + second) / (np.pi * strength) - edge * growth
+    sums = np.cumsum(s * edge, axis=-1)
+    total = sums[:, -1:]
+    # the multiple of S added makes the functional small at the end of the series, so that slow moments (cones) converge
+    slope = ((width + 1) / 2 + np.pi * total) * edge + width * s * (total - sums) - change
+    return edge, slope
+
+
+def excess(m: int, c: Array, strength: Array) -> Array:
+    """(m - q) c_l - (2 q + 1) s_l (S - sum_(i<=l) s_i c_i) for q = m + 2 l; shapes (nb, terms) and (nb, 1)."""
+    s = edge_signs(c.shape[-1])
+    q = m + 2.0 * np.arange(c.shape[-1])
+    return np.asarray((m - q) * c - (2 * q + 1) * s * (strength - np.cumsum(s * c, axis=-1)))

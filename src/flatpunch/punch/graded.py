@@ -52,8 +52,7 @@ from flatpunch._support.threads import in_threads
 from flatpunch.compliances import Kernel
 from flatpunch.compliances.interpolant import SmoothResponse
 from flatpunch.numerics.chebyshev import Numbers
-from flatpunch.punch.basis import half_space_diagonal, inverse_factors
-from flatpunch.punch.krein import excess, round_functionals
+from flatpunch.punch.basis import excess, half_space_diagonal, inverse_factors, round_functionals
 from flatpunch.punch.wavenumbers import above_orders, bessel_table, composite_gauss, far_edges, panel_edges
 
 ComplexArray = NDArray[np.complexfloating]
@@ -196,7 +195,7 @@ def graded_harmonics(kernel: Kernel, beta: Array, orders: list[int]) -> tuple[di
     felt = float(beta.max()) * kernel.series.sharpness
     # on higher harmonics the half-space of the surface material acts, but for tail beta/m of their (small) share. Small contacts
     # need fewer: the share of a kinked outline's harmonics beyond m is m^-3, so that m^4 may fall with beta
-    largest = min(max(orders, default=1), int(128 * np.clip(felt, 1e-3, 1.0) ** 0.25))
+    largest = min(max(orders, default=1), int(128 * np.clip(felt, 1e-3, 1.0) ** (1 / 4)))
     size = terms + largest // 2 + 1
     systems = [_All(parity, graded_matrices(kernel, beta, size, parity, order=2)) for parity in (0, 1)]
     vectors, sums = {}, {1: np.zeros(beta.size)}

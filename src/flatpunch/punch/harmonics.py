@@ -23,11 +23,10 @@ import scipy
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliances import Kernel
 from flatpunch.punch.basis import edge_signs, power_moments
+from flatpunch.punch.family import punch_family
 from flatpunch.punch.graded import graded_harmonics
-from flatpunch.punch.matrix import effective_beta, remainder_rule, sufficient_terms
-
-SPARE = 8
-"""Terms besides those of a round contact: half or twice as many change outlines by 5e-9."""
+from flatpunch.punch.matrix import edge_strength, remainder_rule, sufficient_terms
+from flatpunch.punch.power_law import PowerLawPunch, power_law_punch
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,12 +79,12 @@ def half_space_power_edge(exponent: float, orders: Indices) -> Array:
 
 
 def harmonic_size(kernel: Kernel, beta: float) -> int:
-    """Terms of the common matrix: on harmonics beyond twice this order only the half-space of the surface material acts."""
-    terms = sufficient_terms(kernel, beta) + SPARE
-    # the medium acts on harmonics up to m = 12 beta: v_m is 1e-8 of what it is added to there, and less in an outline, whose
-    # harmonics fall like m^-2 or faster. No more than 300 beyond the terms of a round contact: under a four-sided pyramid on 100
-    # layers, 600 change the outline by 2e-7 and the force by 1e-8, which is below what the series leave out, in twice the time
-    return max(terms, min(int(np.ceil(6.0 * effective_beta(kernel, beta))), terms + 150))
+    """Terms of the common matrix: on harmonics beyond twice this order only the half-space of the surface material acts.
+
+    Twice as many as of a round contact: v_m is 1e-8 of what it is added to there, and less in an outline, whose harmonics fall
+    like m^-2 or faster.
+    """
+    return 2 * sufficient_terms(kernel, beta)
 
 
 def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
@@ -104,7 +103,7 @@ def solve_edges(kernel: Kernel, beta: Array, orders: Indices) -> Edges:
         chosen = sorted(m for m in wanted if m % 2 == parity)
         if chosen:
             # no more than the highest order asks for: few where the outline is smooth
-            parts = _solve_parity(kernel, beta, min(most, terms + chosen[-1] // 2 + SPARE), parity, chosen)
+            parts = _solve_parity(kernel, beta, min(most, terms + chosen[-1] // 2), parity, chosen)
             vectors |= parts[0]
             own |= parts[1]
     return Edges(vectors, {m: np.pi * (value - own[1]) for m, value in own.items()}, -np.pi * own[1])
@@ -144,3 +143,65 @@ def _block_solutions(factors: Array, right: Array, starts: Indices) -> tuple[Arr
         part[outside] = 0.0
         half[i], solved[i] = part, scipy.linalg.blas.dtrsm(1.0, factor.T, part)[::-1]
     return half, solved
+
+
+@dataclass(frozen=True, slots=True)
+class PowerLawEdges:
+    """Edge functionals of a power-law half-space, in closed form, with the interface of `Edges`.
+
+    Attributes
+    ----------
+    punch : PowerLawPunch
+        The closed forms.
+    strength : ndarray, shape (nb,)
+        Edge strengths e of the flat punches.
+    """
+
+    punch: PowerLawPunch
+    strength: Array
+
+    def stiffening(self, orders: Indices) -> Array:
+        """k_m = (m - 1)(1 - k)/2, shape (nb, len(orders))."""
+        return np.repeat([[self.punch.stiffening(int(m)) for m in orders]], self.strength.size, axis=0)
+
+    def power_edge(self, exponent: float, orders: Indices) -> Array:
+        """S of the pressure for r^n cos(m phi): R_m e D1, shape (nb, len(orders))."""
+        response = np.array([self.punch.outline_response(exponent, int(m)) for m in orders])
+        return np.asarray(self.strength[:, None] * response * exponent * self.punch.power_depth(exponent))
+
+
+@dataclass(frozen=True, slots=True)
+class KnownEdges:
+    """Edge functionals read from a table for certain orders and one exponent, with the interface of `Edges`.
+
+    Attributes
+    ----------
+    stiff, power : ndarray, shape (nb, orders)
+        k_m, and S[A_m^-1 b[r^n]].
+    """
+
+    stiff: Array
+    power: Array
+
+    def stiffening(self, orders: Indices) -> Array:
+        """k_m of the orders it was made for."""
+        return self.stiff
+
+    def power_edge(self, exponent: float, orders: Indices) -> Array:
+        """S of the pressure for r^n cos(m phi), for the exponent and the orders it was made for."""
+        return self.power
+
+
+def known_edges(kernel: Kernel, beta: Array, orders: Indices, exponent: float) -> KnownEdges | None:
+    """Edge functionals that are read from the medium's table, if it has one that holds them."""
+    table = kernel.solution
+    if table is None or not table.responds_to(exponent) or not beta.all() or not table.covers(beta):
+        return None
+    return KnownEdges(*table.edges(beta, orders, exponent))
+
+
+def edges_of(kernel: Kernel, beta: Array, orders: Indices) -> Edges | PowerLawEdges:
+    """Edge functionals at radii beta, shape (nb,); beta = 0 is the half-space of the surface material."""
+    if kernel.exponent:
+        return PowerLawEdges(power_law_punch(kernel), edge_strength(punch_family(kernel).at(beta)))
+    return solve_edges(kernel, beta, orders) if beta.all() else Edges.half_space(beta.size)

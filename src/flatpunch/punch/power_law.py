@@ -24,7 +24,7 @@ from flatpunch._support.checks import Array
 from flatpunch.compliances import Kernel
 from flatpunch.compliances.power_law import stiffness_factor
 from flatpunch.media.material import PowerLaw
-from flatpunch.numerics.beta import beta
+from flatpunch.punch.basis import beta
 
 
 def power_law_punch(body: PowerLaw | Kernel) -> PowerLawPunch:

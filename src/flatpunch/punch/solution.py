@@ -15,9 +15,8 @@ from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.compliances.interpolant import TOLERANCE
 from flatpunch.media import Body
-from flatpunch.numerics.beta import beta
 from flatpunch.numerics.chebyshev import log_derivative, nodes
-from flatpunch.punch.basis import OUTWARDS, RELATIVE, power_moments, regular_part
+from flatpunch.punch.basis import OUTWARDS, RELATIVE, beta, power_moments, regular_part
 from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.punch.matrix import RESOLVED, Responses, effective_beta, fewer_terms, solve_with_fewer, sufficient_terms
 

@@ -23,12 +23,7 @@ import scipy
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import Array
-from flatpunch.numerics.gauss import gauss
-
-NODES = 20
-"""Gauss nodes per panel. On a panel (x, 4x) a pole at 0 leaves 3^-40; stiff films over sliding or soft layers have sharper
-peaks in L and leave 1e-12 (16 nodes: 1.5e-10). On (x, x + 8) the product j_p j_q leaves 1e-15,
-and so does twice the number on (x, x + 32). Half as many change contacts by 2e-8, twice as many by 2e-13, in the same time."""
+from flatpunch.numerics.gauss import NODES, gauss
 
 _SHORT_UNTIL = 128.0
 """Upper end, in x, of the panels of length 4 and 8; above, panels are 32 long."""

@@ -26,7 +26,7 @@ from flatpunch._version import __version__
 from flatpunch.bem.resources import fitting_threads
 from flatpunch.bem.solution import check_tolerance
 from flatpunch.compliances import Kernel, compliance
-from flatpunch.compliances.uniform import uniform_compliance
+from flatpunch.compliances.response import uniform_compliance
 from flatpunch.contact.curve import few, first_failure, percent
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import STEEPEST, deepest, high_pressure

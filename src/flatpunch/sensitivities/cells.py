@@ -166,7 +166,6 @@ def force_by_tip(
 
 
 def _solved(kernel: Kernel, indenter: Indenter, method: BoundaryElements, **target: Any) -> bem.Solution:
-    """One contact."""
     (solution,) = bem.solve(kernel, indenter, **target, grid=method.grid, **_accuracy(method))
     return solution
 

@@ -19,7 +19,8 @@ from flatpunch.media import Body, DepthTable, Interface
 from flatpunch.media.laws import Law
 from flatpunch.media.paths import LayerOrBase, layers_and_bases, replaced
 
-_CENTRAL, _BACKWARDS = np.array([-4, -3, -2, -1, 1, 2, 3, 4], dtype=np.intp), -np.arange(9, dtype=np.intp)
+_CENTRAL = np.array([-4, -3, -2, -1, 1, 2, 3, 4], dtype=np.intp)
+_BACKWARDS = -np.arange(_CENTRAL.size + 1, dtype=np.intp)
 """Steps of central differences, and of those at the upper end of a range."""
 
 
@@ -33,7 +34,7 @@ def _weights(places: Indices, used: Indices) -> Array:
 _WEIGHTS = tuple(_weights(_CENTRAL, _CENTRAL[np.abs(_CENTRAL) <= n]) for n in (4, 3))
 """Central differences of order eight and six: the error of the former is the eighth power of the step times the ninth derivative
 over 630."""
-_BEHIND = tuple(_weights(_BACKWARDS, _BACKWARDS[:n]) for n in (9, 7))
+_BEHIND = tuple(_weights(_BACKWARDS, _BACKWARDS[:n]) for n in (_BACKWARDS.size, _BACKWARDS.size - 2))
 """Backward differences of order eight and six."""
 
 _STEP = 1e-2

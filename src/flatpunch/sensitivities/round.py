@@ -27,8 +27,8 @@ from flatpunch.sensitivities.parameters import Parameter, difference
 from flatpunch.sensitivities.spectrum import Spectrum
 from flatpunch.stresses.axisymmetric.contact_load import contact_load
 
-_WINDOW = 60.0, 15.0
-"""Middle, above the highest order, and width of the window that ends oscillating integrals over x: exp(-225) is left."""
+_WINDOW = 80.0, 15.0
+"""Middle, above the highest order that is felt, and width of the window that ends oscillating integrals: exp(-225) is left."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +160,7 @@ def _waves_of_series(kernel: Kernel, indenter: Indenter, contact: Contact) -> _W
         moments = mean_profile(indenter).moments(np.array([a]), terms).b[0]
         series = contact.depth * flat - np.linalg.solve(_matrix(kernel, beta, terms), moments)
     # a smooth window ends the oscillating half of the products: its own transform at their wavelength is below rounding
-    middle = 2.3 * terms + 20 + _WINDOW[0]
+    middle = 2.3 * terms + _WINDOW[0]
     end = middle + 6 * _WINDOW[1]
     if kernel.series is not None:
         # end of the panels under a graded surface over that of the window: integrands fall like x^-3
@@ -186,7 +186,6 @@ def _waves_of_series(kernel: Kernel, indenter: Indenter, contact: Contact) -> _W
 
 
 def _matrix(kernel: Kernel, beta: float, terms: int) -> Array:
-    """Punch matrix of harmonic 0."""
     if kernel.graded:
         return np.asarray(
             graded_matrices(kernel, np.array([beta]), terms)[0, 0] + np.diag(half_space_diagonal(0, terms))

@@ -84,12 +84,10 @@ class _Weighted:
 
     @classmethod
     def of(cls, part: PartDerivatives, weights: Array) -> _Weighted:
-        """Integrate over the wavenumbers."""
         constants = {name: weights @ change.T for name, change in part.constants.items()}
         return cls(part.depths, constants, weights @ part.thickness)
 
     def derivative(self, parameter: Parameter) -> Array:
-        """Derivatives of the functionals by one number of the layer."""
         if parameter.kind == "thickness":
             return self.thickness
         by_constant = self.constants[parameter.kind]

@@ -26,11 +26,11 @@ from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.compliances.depth import waves_at
-from flatpunch.compliances.power_law_depth import power_law_waves
+from flatpunch.compliances.power_law import power_law_waves
 from flatpunch.compliances.stack import attenuation, interfaces
 from flatpunch.contact.curve import Control
 from flatpunch.contact.dataset import Attributes, Column, dataset
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.exact import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Stack, underlying

@@ -1,4 +1,3 @@
-from .study import sweep
-from .tables import save_table, table
+from .study import save_table, sweep, table
 
 __all__ = ["save_table", "sweep", "table"]

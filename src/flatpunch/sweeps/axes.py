@@ -150,7 +150,6 @@ def _range(
 
 
 def _listed(path: str, spec: object, current: object, dimension: units.Dimension | None) -> tuple[Entry, ...]:
-    """Values one by one."""
     if isinstance(spec, str):
         spec = [entry.strip() for entry in spec.split(",")]
     if isinstance(spec, (Sequence, np.ndarray)) and len(spec) > POINTS:
@@ -163,7 +162,6 @@ def _listed(path: str, spec: object, current: object, dimension: units.Dimension
 
 
 def _value(path: str, entry: Entry, current: object, dimension: units.Dimension | None) -> Entry:
-    """One value, of the kind that the file holds."""
     hint = f"The case file holds {shown(current)}."
     if dimension is not None:
         if isinstance(entry, (int, float)) and not isinstance(entry, bool):

@@ -1,4 +1,4 @@
-"""Picture of a parameter study: one quantity at one step over the first parameter, a line for each value of the second.
+"""Pictures of a parameter study: one quantity at one step over the first parameter, a line for each of the second; maps of loads.
 
 Further parameters get panels. Many values of a numeric second parameter get a colour bar instead of a legend. Points at
 which the theory does not hold are hollow, points that failed are crosses on the axis.
@@ -15,13 +15,15 @@ import matplotlib
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import LogNorm, Normalize
+from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 from flatpunch._support.checks import Array, BadValue, one_of
 from flatpunch.files import units
 from flatpunch.plots.style import logarithmic
 from flatpunch.sweeps.axes import in_words
+from flatpunch.sweeps.study import KINDS
 
 _LEGEND, _PANELS = 8, 9
 _STYLE: Any = {"axes.grid": True, "grid.color": "#e0e0e0"}
@@ -30,6 +32,7 @@ _LINE = "_a value of the second parameter"
 _VIRIDIS = matplotlib.colors.ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0, 0.9, 100)), "viridis")
 """Without its last tenth, which is too pale for lines on white paper."""
 _FAILED, _ONE = "#c1121f", "#1f4e79"
+_COLOURS = ("#8ecae6", "#ffb703", "#b5e48c", "#e5989b", "#cdb4db", "#d6ccc2", "#a3b18a", "#f4a261")
 
 
 def parameters(result: xr.Dataset) -> list[str]:
@@ -218,7 +221,6 @@ def _barred(result: xr.Dataset, name: str) -> bool:
 
 
 def _norm(result: xr.Dataset, name: str, factor: float = 1.0) -> Normalize:
-    """Colours of a coordinate's values, times a factor."""
     values = result[name].values * factor
     kind = LogNorm if geometric(result, name) else Normalize
     return kind(float(values.min()), float(values.max()))
@@ -237,3 +239,68 @@ def _legend(drawn: Figure, grid: Array, result: xr.Dataset, name: str) -> None:
     labels = [value_text(result[name], i) for i in range(result.sizes[name])]
     title = heading(name, parameters(result))
     drawn.legend(lines, labels, title=title, loc="outside right upper", frameon=False)
+
+
+def is_map(result: xr.Dataset, quantity: str | None) -> bool:
+    """Whether the critical load is asked for over two parameters that are numbers."""
+    names = list(result["status"].dims)
+    numeric = len(names) == 2 and all(result[name].dtype.kind in "if" and result.sizes[name] > 1 for name in names)
+    return quantity == "critical_force" and "critical_force" in result and numeric
+
+
+def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any = None) -> Figure:
+    """Draw the critical load over the first two parameters: areas by kind and layer, level lines of the load.
+
+    Takes what `sweep` returned for a case with strengths; width [in] and settings are as of `figure`.
+    """
+    first, second = (str(name) for name in result["status"].dims)
+    axes_values, labels = [], []
+    for name in (first, second):
+        unit = str(result[name].attrs.get("units", ""))
+        factor, readable_unit = units.readable(float(np.abs(result[name].values).max()), unit) if unit else (1.0, "")
+        axes_values.append(result[name].values * factor)
+        words = in_words(name)
+        labels.append(f"{words} ({readable_unit})" if readable_unit else words)
+    force = result["critical_force"].isel(step=0).values.T
+    force = np.where(np.isfinite(force) & (force > 0), force, np.nan)
+    kind, layer = (result[f"critical_{name}"].isel(step=0).values.T for name in ("kind", "layer"))
+    places = sorted({(int(k), int(i)) for k, i in zip(kind.ravel(), layer.ravel(), strict=True) if np.isfinite(k)})
+    number = np.full(kind.shape, np.nan)
+    for n, (k, i) in enumerate(places):
+        number[(kind == k) & (layer == i)] = n
+    with matplotlib.rc_context(settings or {}):
+        drawn = Figure(figsize=(width, width) if width else None, layout="constrained")
+        axes = drawn.subplots()
+        colours = ListedColormap([_COLOURS[n % len(_COLOURS)] for n in range(len(places))])
+        norm = BoundaryNorm(np.arange(len(places) + 1) - 0.5, max(len(places), 1))
+        for name, which in ((first, "x"), (second, "y")):
+            if geometric(result, name):
+                logarithmic(axes, which)
+        axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+        axes.plot(*map(np.ravel, np.meshgrid(*axes_values)), ".", color="black", ms=2, clip_on=False, zorder=3)
+        if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
+            factor, unit = units.readable(float(np.nanmax(force)), "N")
+            levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 10)[1:-1]
+            if levels[-1] > 2 * levels[0]:
+                levels = np.array([float(f"{level:.1e}") for level in levels])
+            lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=1)
+            # each level has its number, in the middle of its longest line, where no edge cuts it off
+            longest = (max(level, key=len) for level in lines.allsegs if level)
+            middles = [tuple(line[len(line) // 2]) for line in longest]
+            axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small", manual=middles)
+        for axis, values in zip((axes.xaxis, axes.yaxis), axes_values, strict=True):
+            # cells of the outermost points reach beyond them
+            axis.set_view_interval(float(values.min()), float(values.max()), ignore=True)
+        layers = int(np.nanmax(layer)) if places else 0
+        patches = [
+            Patch(color=_COLOURS[n % len(_COLOURS)], label=f"{KINDS[k]}, layer {i + 1}")
+            for n, (k, i) in enumerate(places)
+        ]
+        drawn.legend(handles=patches, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
+        axes.set_xlabel(labels[0])
+        axes.set_ylabel(labels[1])
+        axes.set_title(
+            "First failure and its load" + (" (layer 1 is the top, the last the base)" if layers else ""),
+            fontsize="medium",
+        )
+        return drawn

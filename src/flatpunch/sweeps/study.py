@@ -1,10 +1,11 @@
-"""`sweep`: a case file solved over a grid of values, as one data set."""
+"""`sweep`: a case file solved over a grid of values, as one data set, and the data set as a table."""
 
 from __future__ import annotations
 
 import copy
 import itertools
 import json
+import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -24,17 +25,22 @@ from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
 from flatpunch.files import Case, CaseError
 from flatpunch.files.cases import case_from, case_text, parsed
+from flatpunch.files.results import write
 from flatpunch.files.stresses import first_failure
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
 from flatpunch.sweeps.axes import Axis, axes_of
-from flatpunch.sweeps.failure import critical_variables
 
 if TYPE_CHECKING:
+    import pandas as pd
     from distributed import Client
+
+    from flatpunch.stresses import CriticalLoad
 
 _SHOWN = 5
 """Problems that a message lists."""
 _SLOW = ("bem", "refined")
+KINDS = ("yield", "tensile", "shear", "interface tension", "interface shear")
+"""Kinds of failure in the order of their numbers."""
 
 Found = NDArray[np.generic]
 
@@ -208,7 +214,6 @@ def _solve(case: Case, *, contours: bool) -> Plain:
 
 
 def _dataset(axes: Sequence[Axis], solved: Solved) -> xr.Dataset:
-    """Put the points side by side."""
     shape, dims = tuple(len(axis.values) for axis in axes), tuple(axis.path for axis in axes)
     outcomes = list(solved.values())
     coords: Plain = {axis.path: (axis.path, _plain(axis.values), _described(axis)) for axis in axes}
@@ -248,7 +253,6 @@ def _variables(outcomes: Sequence[Outcome], coords: Plain) -> Iterator[tuple[str
 
 
 def _empty(values: Mapping[int, Found]) -> tuple[float, type]:
-    """What stands where there is nothing, and the type."""
     return (False, bool) if all(value.dtype == bool for value in values.values()) else (np.nan, float)
 
 
@@ -259,3 +263,107 @@ def _plain(values: Sequence[object]) -> Found:
 def _described(axis: Axis) -> Plain:
     attrs: Plain = {"long_name": f"{axis.path} of the case file"}
     return {**attrs, "units": axis.unit} if axis.unit else attrs
+
+
+def critical_variables(found: CriticalLoad | None, steps: int) -> Plain:
+    """Critical load of a case as variables along the steps (all of which are alike); not numbers where it was not found."""
+    kinds = ", ".join(f"{i} {name}" for i, name in enumerate(KINDS))
+    about = {
+        "force": ("N", "load at the first failure"),
+        "depth": ("m", "depth at the first failure"),
+        "radius": ("m", "contact radius at the first failure"),
+        "kind": ("", f"kind of the first failure: {kinds}"),
+        "layer": ("", "layer of the first failure, from the surface; the base comes last"),
+    }
+
+    def value(name: str) -> float:
+        if found is None:
+            return float("nan")
+        return float(KINDS.index(found.kind) if name == "kind" else getattr(found, name))
+
+    return {
+        f"critical_{name}": (
+            "step",
+            np.full(steps, value(name)),
+            {"units": unit, "long_name": text} if unit else {"long_name": text},
+        )
+        for name, (unit, text) in about.items()
+    }
+
+
+def table(study: xr.Dataset) -> pd.DataFrame:
+    """Return a study as a table.
+
+    Parameters
+    ----------
+    study : xarray.Dataset
+        What `sweep` returned.
+
+    Returns
+    -------
+    pandas.DataFrame
+        A line for each point and step: the varied values, the step, what was computed there, and `status` and `reason` of the
+        point. SI units, named in brackets. Outlines and notes of the method stay in the dataset.
+
+    See Also
+    --------
+    flatpunch.sweep : Makes the study.
+    flatpunch.sweeps.save_table : As a file.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> study = fp.sweep(path, {"layers.0.thickness": "1mm, 2mm"}, workers=1)
+    >>> from flatpunch.sweeps import table
+    >>> print(*table(study).columns[:4], sep=", ")
+    layers.0.thickness [m], step, depth [m], force [N]
+    """
+    # where every point failed there are no steps
+    over = [*study["status"].dims, *(["step"] if "step" in study.dims else [])]
+    kept = [name for name, variable in study.data_vars.items() if set(variable.dims) <= set(over) and name != "notes"]
+    frame = study[kept].to_dataframe(dim_order=over).reset_index()
+    if "critical_kind" in frame:
+        frame["critical_kind"] = [KINDS[int(kind)] if math.isfinite(kind) else "" for kind in frame["critical_kind"]]
+    columns = [*over, *kept]
+    return frame[columns].rename(columns={name: _heading(study, str(name)) for name in columns})
+
+
+def save_table(study: xr.Dataset, path: str | Path) -> Path:
+    """Write the table of a study as CSV.
+
+    Parameters
+    ----------
+    study : xarray.Dataset
+        What `sweep` returned.
+    path : path
+        Where to; what stands there is replaced when the new table is whole.
+
+    Returns
+    -------
+    Path
+        The table's place.
+
+    Raises
+    ------
+    ResultError
+        Where the folder is missing or may not be written to.
+
+    See Also
+    --------
+    flatpunch.sweeps.table : The table itself.
+    flatpunch.save : The study with outlines and notes.
+
+    Examples
+    --------
+    >>> path = next(path for path in fp.files.shipped_cases() if path.stem == "indenter_on_cartilage")
+    >>> study = fp.sweep(path, {"layers.0.thickness": "1mm, 2mm"}, workers=1)
+    >>> from flatpunch.sweeps import save_table
+    >>> print(save_table(study, "study.csv"))
+    study.csv
+    """
+    return write(Path(path), table(study).to_csv(index=False, lineterminator="\n").encode())
+
+
+def _heading(study: xr.Dataset, name: str) -> str:
+    unit = study[name].attrs.get("units", "") if name in study.variables else ""
+    return f"{name} [{unit}]" if unit and unit != "1" else name

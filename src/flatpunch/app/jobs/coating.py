@@ -34,8 +34,8 @@ from flatpunch.media import underlying
 from flatpunch.stresses import Strength
 from flatpunch.sweeps import sweep, table
 from flatpunch.sweeps.axes import axes_of
-from flatpunch.sweeps.failure import KINDS, is_map, map_figure
-from flatpunch.sweeps.picture import figure
+from flatpunch.sweeps.picture import figure, is_map, map_figure
+from flatpunch.sweeps.study import KINDS
 
 QUANTITIES = ("von_mises", "principal", "max_shear", "hydrostatic", "xx", "zz", "xz", "utilisation")
 """What the section shows, in the order of the page's list: invariants, components, von Mises stress over yield stress."""

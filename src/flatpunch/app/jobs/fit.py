@@ -33,8 +33,8 @@ from flatpunch.fits.measured.files.readers import EXCEL, TEXT, MissingColumn, cu
 from flatpunch.fits.models import forget_models
 from flatpunch.fits.places import listed, on_grid
 from flatpunch.fits.reading import reading_of, traces
-from flatpunch.fits.report.quantities import label, unit_of
 from flatpunch.fits.report.result import FitResult
+from flatpunch.fits.report.table import label, unit_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

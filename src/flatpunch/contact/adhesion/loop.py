@@ -26,10 +26,9 @@ from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import compliance
-from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
+from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case, ends_of, radius_on, value_of
 from flatpunch.contact.adhesion.pull_off import Instability, pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import Quantity, Stretch
-from flatpunch.contact.adhesion.stable_radius import ends_of, radius_on, value_of
 from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.limits import deepest

@@ -12,13 +12,12 @@ from flatpunch._support.checks import ROUNDING, Array, Flags, values
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact
-from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
+from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case, stable_radius
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.pull_off import pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import QUANTITIES, Quantity
-from flatpunch.contact.adhesion.stable_radius import stable_radius
 from flatpunch.contact.curve import UNITS, Control, Curve, Extra, check_reach, first_failure, prescribed
-from flatpunch.contact.perturbation.series_method import LARGEST_SWING
+from flatpunch.contact.perturbation.second_order import LARGEST_SWING
 from flatpunch.contact.round.soundness import soundness
 from flatpunch.contact.round.superposition import flat_pressure, grown_pressure
 from flatpunch.indenters.profile import Indenter

@@ -41,18 +41,17 @@ from flatpunch.contact.adhesion.branch import (
     central_derivatives,
     stiffness_growth,
 )
-from flatpunch.contact.perturbation.asymmetry import Angles, expand
 from flatpunch.contact.perturbation.error import second_order_error
 from flatpunch.contact.perturbation.power_law_series import PowerExpansion, power_expansion
+from flatpunch.contact.perturbation.power_law_terms import Angles, expand
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.numerics.chebyshev import NODES
 from flatpunch.numerics.piecewise import PiecewiseChebyshev
-from flatpunch.punch.family import SMALLEST, punch_family
+from flatpunch.punch.family import SMALLEST, panels, punch_family
 from flatpunch.punch.harmonics import Edges, solve_edges
 from flatpunch.punch.matrix import edge_strength
-from flatpunch.punch.panels import panels
 from flatpunch.punch.power_law import power_law_punch
 
 

@@ -131,7 +131,7 @@ def _edge_error(solution: bem.Solution, indenter: Indenter | None) -> float:
     directions = np.array(indenter.corners)[:, None]
     along, across = np.cos(directions) * x + np.sin(directions) * y, np.cos(directions) * y - np.sin(directions) * x
     crossed = ((along > -h) & (np.abs(across) < h)).any(axis=0)
-    within = (np.arange(4) - 1.5) / 4 * h
+    within = ((np.arange(4) + 0.5) / 4 - 0.5) * h
     # heights at 4 x 4 points of each cell, and at its centre
     dx, dy = (each.ravel() for each in np.meshgrid(within, within))
     inner = indenter.height(*polar(x[crossed, None] + dx, y[crossed, None] + dy)).mean(axis=1)

@@ -14,6 +14,9 @@ from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
 from flatpunch.indenters.profile import Indenter
 
+POWER = 1.25
+"""Logarithm of an outline over that of the tip's level line: 1 to 2, from soft to stiff layers."""
+
 
 def boxes_between(
     positions: Array, known: Mapping[float, Array], round_radius: Array, level_line: Array, phi: Array
@@ -24,8 +27,8 @@ def boxes_between(
     round contacts [m], shape (n,); `level_line` is the function of that name, shape (angles,).
     """
     every = np.array(sorted(known))
-    # contacts follow powers 1 to 2 of the tip's level lines, from soft to stiff layers; the box is a tenth wider
-    logarithms = np.log(round_radius)[:, None] + 1.25 * level_line + 0.1 * (level_line != 0).any()
+    # the box is a tenth wider
+    logarithms = np.log(round_radius)[:, None] + POWER * level_line + 0.1 * (level_line != 0).any()
     sure = np.zeros(positions.size, dtype=bool)
     for row, x in enumerate(positions):
         upper = int(np.searchsorted(every, x))

@@ -19,10 +19,9 @@ from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements import error as cell_error
 from flatpunch.contact.boundary_elements.expected_box import traced_whole
 from flatpunch.contact.boundary_elements.outlines import Trace, traced
-from flatpunch.contact.curve import Control, Curve, Extra, first_failure
+from flatpunch.contact.curve import Control, Curve, Extra, PressureField, first_failure
 from flatpunch.contact.limits import cut_off, steep_faces
 from flatpunch.contact.perturbation.error import estimates
-from flatpunch.contact.pressure_field import PressureField
 from flatpunch.indenters.profile import Indenter, check_rising
 
 TOLERANCE = 1e-6

@@ -24,22 +24,20 @@ from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control
-from flatpunch.contact.finite_strain.places import (
-    Place,
-    Strained,
-    cone_place,
-    layer_of,
-    of_radius,
-    sphere_place,
-)
 from flatpunch.contact.finite_strain.tables import (
     ANGLES,
     CONES,
     DEEP,
     THIN,
+    Place,
+    Strained,
     angle_at,
+    cone_place,
+    layer_of,
     next_order,
     of_poisson,
+    of_radius,
+    sphere_place,
     tables,
 )
 from flatpunch.contact.physics import NEO_HOOKEAN

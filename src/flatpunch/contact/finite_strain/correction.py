@@ -11,12 +11,9 @@ from flatpunch._support.checks import Array, BadValue
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.finite_strain.caps import place_of
-from flatpunch.contact.finite_strain.places import SETTLED, Place
+from flatpunch.contact.finite_strain.tables import SETTLED, Place
 from flatpunch.contact.physics import NEO_HOOKEAN, Physics
 from flatpunch.media import Body, underlying
-
-ITERATIONS = 30
-"""Most steps of Newton's method."""
 
 
 def checked(physics: Physics, medium: Body, indenter: object, control: str) -> Place | None:
@@ -56,7 +53,7 @@ def solve(place: Place, linear: Callable[[Control], Curve], control: Control) ->
         _in_table(place, control, control.values)
     curve = linear(control)
     ratio, rate, error = place.ratio(curve.depth)
-    for _ in range(ITERATIONS if control.name == "force" else 0):
+    for _ in range(100 if control.name == "force" else 0):
         # Newton's method on the logarithms; without contact nothing moves
         found, slope = curve.force * ratio, curve.stiffness * ratio + curve.force * rate
         live = found > 0

@@ -145,10 +145,9 @@ def first_order_error(kernel: Kernel, indenter: Indenter, contact: RoundContact)
 
 def _enlargement(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> Array:
     """Mean square of the outline's deviation from a circle over that on a half-space at the same radius, shape (n,)."""
-    result = np.ones_like(contact.radius)
     deviates = contact.depth > 0
     if kernel.homogeneous or not deviates.any():
-        return result
+        return np.ones_like(contact.radius)
     half_space = compliance(HalfSpace(1.0, 0.0))
     _, other = mean_contact(half_space, indenter, Control("radius", contact.radius))
     phi, weights = angular_rule(indenter)
@@ -157,10 +156,9 @@ def _enlargement(kernel: Kernel, indenter: Indenter, contact: RoundContact) -> A
         (outline(body, indenter, round_, phi) / radius - 1) ** 2 @ weights
         for body, round_ in ((kernel, contact), (half_space, other))
     )
-    known = deviates & (there > 0)
-    result[known] = here[known] / there[known]
-    result[deviates & ~np.isfinite(here)] = np.inf
-    return result
+    # contacts within a round apex are circles but for rounding, on any medium
+    enlarged = np.where(np.isfinite(here), here, np.inf) / np.maximum(there, _FACTORS.outline_floor**2)
+    return np.where(deviates, enlarged, 1.0)
 
 
 @byte_cached

@@ -11,8 +11,7 @@ from flatpunch.contact.round.round_contact import RoundContact
 from flatpunch.indenters.geometry.angles import angular_mean, angular_rule
 from flatpunch.indenters.geometry.features import different_rays, flat_radius
 from flatpunch.indenters.profile import Indenter
-from flatpunch.numerics.log_table import log_table
-from flatpunch.numerics.piecewise import PiecewiseChebyshev
+from flatpunch.numerics.piecewise import PiecewiseChebyshev, log_table
 from flatpunch.punch.family import punch_family
 
 

@@ -19,7 +19,7 @@ from flatpunch.contact.perturbation import first_order
 from flatpunch.contact.perturbation.error import estimates, fourth_order_error, second_order_error
 from flatpunch.contact.perturbation.perturbed_contact import PathPoint, PerturbedContact, selected
 from flatpunch.contact.perturbation.power_law_series import power_expansion, same_depth
-from flatpunch.contact.perturbation.series_method import solve_expansion
+from flatpunch.contact.perturbation.second_order import solve_expansion
 from flatpunch.contact.round.mean_profile import resolved_radius
 from flatpunch.contact.round.radius_search import Loading
 from flatpunch.indenters.geometry.angles import angular_rule

@@ -26,11 +26,10 @@ from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.indenters.geometry.angles import angular_harmonics, angular_mean, geometric_mean
 from flatpunch.indenters.geometry.features import sample_radii
 from flatpunch.indenters.profile import Indenter
-from flatpunch.numerics.log_table import log_table
+from flatpunch.numerics.piecewise import log_table
 from flatpunch.punch.basis import node_count, projection, regular_part
-from flatpunch.punch.edges import PowerLawEdges, edges_of
 from flatpunch.punch.family import SMALLEST
-from flatpunch.punch.harmonics import Edges, harmonic_size
+from flatpunch.punch.harmonics import Edges, PowerLawEdges, edges_of, harmonic_size
 from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.power_law import power_law_punch
 

@@ -12,6 +12,7 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, Array
 from flatpunch._support.prefixes import text
 from flatpunch.bem import NotConverged
+from flatpunch.bem.curves import DEFAULT_CELLS
 from flatpunch.bem.outline import enough_rays
 from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements.error import along_rays, located
@@ -24,9 +25,6 @@ from flatpunch.contact.refined.refinement import Refinement, refinement
 from flatpunch.contact.refined.table import ANGLES, tabulated
 from flatpunch.indenters.geometry.features import flat_radius
 from flatpunch.indenters.profile import Indenter
-
-CELLS = 256
-"""Cells per side of the grids; half as many quadruple the errors of force and outline."""
 
 
 def solve(
@@ -63,7 +61,7 @@ def solve(
         return replace(nothing, radius=radius, area=np.pi * radius**2)
     # outlines are traced on the rays that are asked for: in between they may turn
     rays = ANGLES if ANGLES % phi.size == 0 else enough_rays(phi.size)
-    solutions = refinement(kernel, indenter, rays, cells or CELLS, cache)
+    solutions = refinement(kernel, indenter, rays, cells or DEFAULT_CELLS, cache)
     try:
         x, curve = _positions(kernel, indenter, solutions, Control(control.name, control.values[live]), rtol)
     except NotConverged as error:

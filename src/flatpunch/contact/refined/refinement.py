@@ -23,13 +23,11 @@ from flatpunch._support.prefixes import text
 from flatpunch.bem import NotConverged
 from flatpunch.bem.curves import SHARED_CELLS
 from flatpunch.compliances import Kernel
-from flatpunch.contact.boundary_elements.expected_box import boxes_between, level_line
+from flatpunch.contact.boundary_elements.expected_box import POWER, boxes_between, level_line
 from flatpunch.contact.curve import NOTABLE_OUTLINE, ControlName
-from flatpunch.contact.refined.cache import SampleCache
-from flatpunch.contact.refined.interpolation import Interpolation
-from flatpunch.contact.refined.reference import RoundReference
-from flatpunch.contact.refined.sample import Case, Sample, solved
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.exact import punch_stiffness
+from flatpunch.contact.refined.interpolation import Interpolation, RoundReference
+from flatpunch.contact.refined.sample import Case, Sample, SampleCache, solved
 from flatpunch.indenters.profile import Indenter
 from flatpunch.parallel.pool import shared_out
 
@@ -214,7 +212,7 @@ class Refinement:
         if quantity == "force":
             growth = self.samples[last].growth
         elif before:
-            growth = float(np.clip((value - self._value(quantity, before[0])) / (last - before[0]), 0.3, 6.0))
+            growth = float(np.clip((value - self._value(quantity, before[0])) / (last - before[0]), 0.1, 10.0))
         step = (wanted - value) / growth
         # how far in ln d a solution is placed beyond where it should enclose a prescribed force or radius
         return max(-self._spacing, min(step + float(np.copysign(0.01, step)), self._spacing))
@@ -246,7 +244,7 @@ class Refinement:
         departure = abs(float(stiffness) / (2 * kernel.modulus * tiny) - 1)
         # departure from a half-space, at the farthest point of the contact, below which ratios are constant to about as much; at
         # most a hundred times that radius
-        size = 1e-4 * tiny / max(departure, 1e-6) * np.exp(-1.25 * level_line(indenter, self._phi).max())
+        size = 1e-4 * tiny / max(departure, 1e-6) * np.exp(-POWER * level_line(indenter, self._phi).max())
         return float(self.reference.position("radius", np.log([size]))[0])
 
     @cached_property

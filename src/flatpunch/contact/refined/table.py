@@ -22,8 +22,7 @@ from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import FORCE_ERROR
 from flatpunch.contact.perturbation.perturbed_contact import PerturbedContact
 from flatpunch.contact.perturbation.power_law_series import PowerExpansion, power_expansion
-from flatpunch.contact.refined.interpolation import Interpolation
-from flatpunch.contact.refined.reference import RoundReference
+from flatpunch.contact.refined.interpolation import Interpolation, RoundReference
 from flatpunch.contact.refined.sample import Sample
 from flatpunch.indenters import EllipticParaboloid, Pyramid
 from flatpunch.indenters.profile import Indenter

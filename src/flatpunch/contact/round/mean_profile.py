@@ -97,8 +97,8 @@ def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: f
     at, target = int(np.searchsorted(radius, resolved)), float(control.values.max())
     if at == radius.size:
         return
-    # no medium exceeds 30 times the depth on a half-space at the same radius; films on soft bases come to some times it
-    most = 30.0 * float(depth[at])
+    # no medium exceeds 100 times the depth on a half-space at the same radius; films on soft bases come to some times it
+    most = 100 * float(depth[at])
     if control.name == "force":
         if target <= kernel.modulus * float(force[at]):
             return

@@ -16,7 +16,6 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import UNITS
-from flatpunch.numerics.hermite import cubic_hermite
 from flatpunch.punch.family import UnresolvedLayer
 
 Quantity = Literal["depth", "force"]
@@ -194,7 +193,8 @@ def _start(nodes: _Nodes, upper: Indices, wanted: Array) -> Array:
     """Inverse cubic Hermite interpolation of ln a over ln q between the grid points around each target."""
     with np.errstate(divide="ignore", invalid="ignore"):
         q, slope = np.log(nodes.value), 1 / nodes.growth
-        x0, x1, q0, q1 = nodes.x[upper - 1], nodes.x[upper], q[upper - 1], q[upper]
-        ends = slope[upper - 1], slope[upper]
-        cubic = cubic_hermite((wanted - q0) / (q1 - q0), q1 - q0, (x0, x1), ends)
+        x0, x1, q0, width = nodes.x[upper - 1], nodes.x[upper], q[upper - 1], np.diff(q)[upper - 1]
+        t = (wanted - q0) / width
+        ends = x0 * (1 + 2 * t) * (1 - t) ** 2 + x1 * t**2 * (3 - 2 * t)
+        cubic = ends + width * t * (1 - t) * (slope[upper - 1] * (1 - t) - slope[upper] * t)
     return np.asarray(np.where((cubic >= x0) & (cubic <= x1), cubic, (x0 + x1) / 2))

@@ -12,7 +12,7 @@ from 1 by the square of the asymmetry, which a first-order theory does not see. 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -22,13 +22,17 @@ import scipy
 from flatpunch._support.checks import AT_ONCE, ROUNDING, Array, Indices
 from flatpunch.compliances import Kernel
 from flatpunch.contact.round.radius_search import PER_DECADE, Loading
-from flatpunch.numerics.gauss import gauss
+from flatpunch.numerics.gauss import NODES, gauss
 from flatpunch.punch.basis import normalisation
 from flatpunch.punch.family import punch_family
 from flatpunch.punch.matrix import effective_beta
 
 _DECADES = 8.0
 """Decades of the radius back to which the history counts; nearer to the axis than that the pressure is taken as constant."""
+
+
+_DEGREE = 7
+"""Degree of splines: 36 nodes per decade leave 1e-11 of functions smooth in ln a."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,8 +79,8 @@ def log_radii(radius: float) -> Array:
 
 
 def spline(x: Array, values: Array) -> scipy.interpolate.BSpline:
-    """Seventh-order spline: 36 nodes per decade leave 1e-11 of functions smooth in ln a."""
-    return scipy.interpolate.make_interp_spline(x, values, k=7)
+    """Spline through samples at ascending x."""
+    return scipy.interpolate.make_interp_spline(x, values, k=_DEGREE)
 
 
 def spline_outline(x: Array, relative: Array) -> Callable[[Array, Array], tuple[Array, Array]]:
@@ -134,7 +138,7 @@ def _rates(
     x = log_radii(np.exp(rings[0]) if rings else radius)
     starts, widths = np.array(rings), np.diff([*rings, np.log(radius)])
     # nodes of the splines beyond rings: a hundred an e-fold of the radius, and half of them are enough for a spline
-    counts = 16 + (100 * np.minimum(widths, 1.0)).astype(int)
+    counts = 2 * (_DEGREE + 1) + (100 * np.minimum(widths, 1.0)).astype(int)
     # not at s = 0, where the rate may be infinite; the spline reaches there
     nodes = [x, *(w ** (power / 2) * (np.arange(n) + 0.5) / (n - 0.5) for w, n in zip(widths, counts, strict=True))]
     values = [sample(x - ROUNDING if rings else x)]
@@ -197,25 +201,23 @@ def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array, 
     r = np.maximum(r, edge * 10 ** (1 - _DECADES))
     start = _first_touch(history, r, phi)
     top = np.arccosh(np.exp(np.log(history.radius) - start))
-    rate, total = history.rough if coarse else history.rate, np.zeros_like(r)
-    for point, v, spread in _nodes(kernel, history, start, top, coarse):
-        # ln a = start + ln cosh v starts like v^2, which takes the square root out of the edge
-        lift = np.log1p(2 * np.sinh(v / 2) ** 2)
-        x = start[point, None] + lift
-        first = history.outline(start, phi)[0][point, None]
-        passed = lift + np.log(history.outline(x, np.broadcast_to(phi[point, None], x.shape))[0] / first)
-        # sqrt(1 - (r/distance)^2) from the logarithm of distance/r: no cancellation at the edge
-        height = np.sqrt(np.maximum(-np.expm1(-2 * passed), 1e-30))
-        smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel(), fewer=coarse > 0).reshape(v.shape)
-        # pbar goes like height^(2 alpha); on power-law half-spaces alpha = (k - 1)/2 is not -1/2
-        integrand = smooth * np.tanh(v) * height ** (kernel.exponent - 1) * history.share(x) * rate(x)
-        total += np.bincount(point, (integrand * spread).sum(axis=1), minlength=r.size)
+    rate = history.rough if coarse else history.rate
+    point, v, spread = _nodes(kernel, history, start, top, coarse)
+    # ln a = start + ln cosh v starts like v^2, which takes the square root out of the edge
+    lift = np.log1p(2 * np.sinh(v / 2) ** 2)
+    x = start[point, None] + lift
+    first = history.outline(start, phi)[0][point, None]
+    passed = lift + np.log(history.outline(x, np.broadcast_to(phi[point, None], x.shape))[0] / first)
+    # sqrt(1 - (r/distance)^2) from the logarithm of distance/r: no cancellation at the edge
+    height = np.sqrt(np.maximum(-np.expm1(-2 * passed), 1e-30))
+    smooth = punch_pressure(kernel, np.exp(x).ravel(), height.ravel(), fewer=coarse > 0).reshape(v.shape)
+    # pbar goes like height^(2 alpha); on power-law half-spaces alpha = (k - 1)/2 is not -1/2
+    integrand = smooth * np.tanh(v) * height ** (kernel.exponent - 1) * history.share(x) * rate(x)
+    total = np.bincount(point, (integrand * spread).sum(axis=1), minlength=r.size)
     return np.asarray(kernel.modulus / np.pi * total)
 
 
-def _nodes(
-    kernel: Kernel, history: History, start: Array, top: Array, coarse: int
-) -> Iterator[tuple[Indices, Array, Array]]:
+def _nodes(kernel: Kernel, history: History, start: Array, top: Array, coarse: int) -> tuple[Indices, Array, Array]:
     """Panels of the history of each point: the point, shape (panels,), Gauss nodes v on (0, top) and weights, (panels, nodes).
 
     The pressure under a punch changes over a part of its radius, whatever the radius, so panels in v = ln(2 a/r) are at most 1
@@ -238,13 +240,10 @@ def _nodes(
         low, high = cuts[point, panel], cuts[point, panel + 1]
         panels.append((point, low, high - low, np.where(panel == 0, power, 1.0)))
     point, low, width, q = (np.concatenate(each) for each in zip(*panels, strict=True))
-    # Gauss points on each panel of the history: they leave 1e-7 of the pressure, under layers of any ratio, and as much on
-    # panels of a quarter the width with half of them
-    wide = width > 0.25
-    for chosen, count in ((wide, 24), (~wide, 12)):
-        t, weights = gauss(2 * count // (2 + coarse))
-        u, own, length = (t + 1) / 2, q[chosen, None], width[chosen, None]
-        yield point[chosen], low[chosen, None] + length * u**own, length * own * u ** (own - 1) * weights / 2
+    # they leave 1e-7 of the pressure, under layers of any ratio
+    t, weights = gauss(2 * NODES // (2 + coarse))
+    u, own, length = (t + 1) / 2, q[:, None], width[:, None]
+    return point, low[:, None] + length * u**own, length * own * u ** (own - 1) * weights / 2
 
 
 def _first_touch(history: History, r: Array, phi: Array) -> Array:

@@ -5,15 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array
+from flatpunch.contact.viscoelastic.depth_history import HALVINGS, SECOND_ORDER, TOLERANCE, Response, with_touches
 from flatpunch.contact.viscoelastic.elastic import ElasticCurve
-from flatpunch.contact.viscoelastic.monotone import with_touches
-from flatpunch.contact.viscoelastic.response import SECOND_ORDER, TOLERANCE, Response
 from flatpunch.contact.viscoelastic.series import ExponentialSeries, exponential_series, mean_decay
 from flatpunch.contact.viscoelastic.springs import SPRINGS, Ahead, End, Springs, State
 from flatpunch.media.relaxation import Relaxation
-
-_HALVINGS = 14
-"""Halvings of a step at most."""
 
 
 def most_elastic_force(time: Array, force: Array, relaxation: Relaxation) -> float:
@@ -68,7 +64,7 @@ def grown_force(time: Array, force: Array, series: ExponentialSeries) -> Array:
 def _growing(time: Array, force: Array, series: ExponentialSeries) -> tuple[Array, Array] | None:
     """F_el of a contact that never shrinks, and the error of the force; None for others. Steps are halved where F_el bends."""
     fine = with_touches(time, force)
-    for _ in range(_HALVINGS):
+    for _ in range(HALVINGS):
         elastic = grown_force(fine, np.interp(fine, time, force), series)
         if (np.diff(elastic) < 0).any():
             return None
@@ -126,7 +122,7 @@ class _Follower:
         half.go(step / 2, middle)
         last = half.go(step / 2, after)
         miss = abs(whole.springs.depth - half.springs.depth - off)
-        if miss <= TOLERANCE * self.deepest or level == _HALVINGS:
+        if miss <= TOLERANCE * self.deepest or level == HALVINGS:
             return last
         whole.restore(kept[0])
         half.restore(kept[1])

@@ -13,10 +13,9 @@ import numpy as np
 from flatpunch._support.checks import Array, BadValue, values
 from flatpunch.compliances import compliance
 from flatpunch.contact.curve import Control, Curve, few
-from flatpunch.contact.viscoelastic.depth_history import force_of_depth
+from flatpunch.contact.viscoelastic.depth_history import Response, force_of_depth
 from flatpunch.contact.viscoelastic.elastic import Column, ElasticCurve, Solve, elastic_curve
 from flatpunch.contact.viscoelastic.force_history import depth_of_force, most_elastic_force
-from flatpunch.contact.viscoelastic.response import Response
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, underlying
 from flatpunch.media.relaxation import Relaxation

@@ -23,7 +23,7 @@ from flatpunch._support.checks import Array
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import NOTABLE_FORCE, Control, Curve
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.exact import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.contact.viscoelastic.each_layer import Relaxations, with_moduli
@@ -111,15 +111,16 @@ def _wavenumbers(medium: Stack, radius: float) -> tuple[Array, Array]:
     """Gauss nodes and weights over all wavenumbers at which layers add to the surface material."""
     kernel = compliance(medium)
     last = kernel.cutoff / kernel.length
-    widest, edges = 4.0 / radius, [0.0, 1e-4 / max(radius, medium.thickness)]
-    if last / widest * 12 > _MOST:
+    x, w = gauss()
+    # phase of cos(kx) over a panel at the edge
+    widest, edges = 10 / radius, [0.0, 1e-4 / max(radius, medium.thickness)]
+    if last / widest * x.size > _MOST:
         raise ValueError(
             f"the contact, up to {text(radius, 'm')} wide, is too large against the top layer of {text(medium.length, 'm')} for "
             "layers that relax each in its own way. Leave out or join thin layers at the surface."
         )
     while edges[-1] < last:
         edges.append(min(edges[-1] + min(edges[-1], widest), last))
-    x, w = gauss(12)
     half = np.diff(edges)[:, None] / 2
     return (np.array(edges[:-1])[:, None] + half * (1 + x)).ravel(), (half * w).ravel()
 

@@ -23,10 +23,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from flatpunch._support.checks import ROUNDING, Array, Flags
-from flatpunch.contact.viscoelastic.elastic import ElasticForce
-from flatpunch.contact.viscoelastic.lumps import Lumps
-from flatpunch.contact.viscoelastic.recovery import recovery
-from flatpunch.contact.viscoelastic.series import ExponentialSeries
+from flatpunch.contact.viscoelastic.elastic import ElasticForce, Lumps
+from flatpunch.contact.viscoelastic.series import ExponentialSeries, recovery
 
 SPRINGS = 400
 """Springs to begin with: errors of the force of about 1e-5; half as many leave four times that, twice take twice as long."""

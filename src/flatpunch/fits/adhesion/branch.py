@@ -4,9 +4,10 @@ Along the branch of contact radii a of (T11.1), as `flatpunch.contact.adhesion.b
 
     d = d_n - D,    F = F_n - T;    d_n = d0 exp f_0,  F_n = F0 exp f_1,  D = (w l/E)^(1/2) exp f_2,  T = (w E l^3)^(1/2) exp f_3
 
-with f smooth functions of x = ln(a/l) and of the numbers q of `flatpunch.fits.parameters.scaling`, tabulated like the force
-without adhesion and shared by all models of the same family. For round tips they do not depend on the work of adhesion w; for
-others w/(E c^2 l^(2n-1)) is one more q.
+with f smooth functions of x = ln(s/l), s^2 = a^2 - b^2 with the radius b of a flat end (none: s = a), and of the numbers q of
+`flatpunch.fits.parameters.scaling`, tabulated like the force without adhesion and shared by all models of the same family. For
+round tips they do not depend on the work of adhesion w; for others w/(E c^2 l^(2n-1)) is one more q. Beside a flat end d_n
+begins like s, where its slope jumps, and the branch ends at a = b, which no power of a/l shows.
 
 The branch is followed from the largest contact down to where d_x vanishes: pull-off under prescribed depth. From two per cent
 in radius before it, or from where dF/dd falls below a given stiffness, the force goes on as a straight line, so that a trial
@@ -28,7 +29,7 @@ from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.fits.elastic.table import STEP, Piecewise, Table
+from flatpunch.fits.elastic.table import DECADES, STEP, Piecewise, Table
 from flatpunch.fits.parameters.scaling import Coordinate, Scaling
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -76,9 +77,29 @@ class BranchFamily:
         return Branch(kernel, lambda radius: round_contact(kernel, profile, radius), 1.0), indenter, 1.0
 
     def limit(self, q: tuple[float, ...]) -> float:
-        """ln of the largest radius."""
+        """ln of the largest s."""
         branch, indenter, _ = self.branch(q)
-        return float(np.log(largest_radius(branch.kernel, indenter.reach)))
+        end = flat_end(indenter)
+        most = largest_radius(branch.kernel, indenter.reach)
+        return float(np.log((most - end) * (most + end)) / 2)
+
+
+def flat_end(indenter: Indenter) -> float:
+    """Radius of the flat end of a tip that rises beyond it, else 0."""
+    heights = [(ring, *indenter.height(np.array([ring, 2 * ring]), np.zeros(2))) for ring in indenter.rings]
+    return max((ring for ring, at, beyond in heights if at <= ROUNDING * beyond), default=0.0)
+
+
+def retreats_over_flat_end(medium: Body, indenter: Indenter) -> bool:
+    """Whether the contact goes on shrinking, stably, over the flat end of a tip; a branch over s ends at its border."""
+    end = flat_end(indenter)
+    if end == 0:
+        return False
+    kernel, profile = compliance(medium), mean_profile(indenter)
+    contact = Branch(kernel, lambda radius: round_contact(kernel, profile, radius), 1.0).at(
+        end * np.linspace(0.1, 1, 10)
+    )
+    return bool(contact.retraction.max() > contact.retraction[-1])
 
 
 @dataclass(eq=False)
@@ -106,18 +127,19 @@ class BranchTables:
             return lambda q, radius: np.asarray(self._solve(q, radius)[i])
 
         family = self.family
-        # decades of radius below the largest; pull-off is nearly always within, and what is below goes on as a power law
-        self.functions = tuple(
-            Table(function(i), family.coordinates, family.limit, decades=2) for i in range(FUNCTIONS)
-        )
+        # decades below the largest s; pull-off is nearly always within, and what is below goes on as a power law, as D over s
+        # does beside a flat end only where s << b
+        decades = 4 if flat_end(family.indenter) else 2
+        self.functions = tuple(Table(function(i), family.coordinates, family.limit, decades) for i in range(FUNCTIONS))
 
-    def _solve(self, q: tuple[float, ...], radius: Array) -> Array:
-        """All four functions, shape (4, n); nan beyond the largest radius. What the tables have in common is solved once."""
-        key = (q, radius.tobytes())
+    def _solve(self, q: tuple[float, ...], distance: Array) -> Array:
+        """All four functions of s, shape (4, n); nan beyond the largest. What the tables have in common is solved once."""
+        key = (q, distance.tobytes())
         if key not in self._solved:
             if len(self._solved) > 100:
                 self._solved.clear()
             branch, indenter, work = self.family.branch(q)
+            radius = np.hypot(distance, flat_end(indenter))
             inside = radius < largest_radius(branch.kernel, indenter.reach)
             found = np.full((FUNCTIONS, radius.size), np.nan)
             contact = branch.at(radius[inside])
@@ -134,10 +156,13 @@ class BranchTables:
             base = branch.base if isinstance(branch, PerturbedBranch) else branch
             length = 1.0 if base.kernel.homogeneous or base.kernel.exponent else base.kernel.length
             most = largest_radius(base.kernel, indenter.reach)
-            radius = np.geomspace(ROUNDING * min(length, most), min(1e3 * length, most) / 2, 100)
-            contact = base.at(radius)
+            end = flat_end(indenter)
+            # s of which a - b is known to some digits
+            least = max(ROUNDING * min(length, most), np.sqrt(ROUNDING) * end)
+            distance = np.geomspace(least, min(1e3 * length, most) / 2, 100)
+            contact = base.at(np.hypot(distance, end))
             work = branch.work
-            self._coarse = np.log(radius), np.log(contact.plain.depth), np.log(contact.retraction) - np.log(work) / 2
+            self._coarse = np.log(distance), np.log(contact.plain.depth), np.log(contact.retraction) - np.log(work) / 2
         x, plain, back = self._coarse
         plain, back = np.exp(plain + forms[0]), np.exp(back + forms[2])
         enough = (plain - back >= max(deepest, 0.0)) & (plain > back)
@@ -229,8 +254,8 @@ class StableBranch:
                 break
             top += 4 * STEP
         self.top = top
-        # six decades of radius, over which pull-off is looked for
-        x = np.append(np.arange(top - 6 * np.log(10), top - STEP / 2, STEP), top)
+        # as many decades of radius as a table has of depth, over which pull-off is looked for
+        x = np.append(np.arange(top - DECADES * np.log(10), top - STEP / 2, STEP), top)
         _, rising = self._depths(x)
         below = np.flatnonzero(rising <= 0)
         self.fold = float(x[0])

@@ -18,12 +18,17 @@ from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indentation import indent
-from flatpunch.fits.adhesion.branch import BranchFamily, BranchTables, StableBranch, branch_tables
-from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
-from flatpunch.fits.parameters.numbers import WORK
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.adhesion.branch import (
+    BranchFamily,
+    BranchTables,
+    StableBranch,
+    branch_tables,
+    retreats_over_flat_end,
+)
+from flatpunch.fits.parameters.sample import WORK, Sample
 from flatpunch.fits.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
+from flatpunch.fits.parameters.unknowns import ExactForce, FreeParameters
 from flatpunch.indenters.profile import Indenter
 
 
@@ -143,7 +148,13 @@ class AdhesiveModel(FreeParameters):
                 **sample.physics.given,
                 angles=FEW_ANGLES,
             )
-        return ExactForce.of(curve, [str(curve.attrs["notes"])])
+        notes = [str(curve.attrs["notes"])]
+        if retreats_over_flat_end(sample.medium, sample.indenter):
+            notes.append(
+                "On this layer the contact goes on shrinking over the flat end of the tip before it lets go; the fit follows "
+                "it to the border of the flat only. Cut the retract where the force has fallen that far."
+            )
+        return ExactForce.of(curve, notes)
 
 
 def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:

@@ -17,28 +17,26 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.judge.background import Background, likeliest
-from flatpunch.fits.judge.readings import white_noise
-from flatpunch.fits.least_squares.minimum import minimise
+from flatpunch.fits.least_squares.drag import with_speed
+from flatpunch.fits.least_squares.minimum import ROUGH, minimise, tried
 from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.least_squares.problem import Setup, contact_ends, enough, with_nuisance
-from flatpunch.fits.least_squares.speed import with_speed
-from flatpunch.fits.least_squares.starts import tried
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fits.measured.orientation import Approach, approach_of
-from flatpunch.fits.measured.signal import CLEAR, converter_step, noise_of, spread_of
-from flatpunch.fits.parameters.numbers import WORK
+from flatpunch.fits.measured.signal import CLEAR, NODES, converter_step, scatter, white_noise
+from flatpunch.fits.parameters.sample import WORK
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import frame_of
 
 _FREE = 0.2
 """Share of the points, at the far end, that shows the baseline and its noise."""
 _LITTLE = 0.02
-"""Share of the readings, or of their range, that is next to nothing."""
+"""Share of the readings, of their range or of the dip that is next to nothing."""
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."
-_RATIOS, _MEANS = 9, 300
-"""Works of adhesion or moduli of a scan, and means of the curve in contact; more cost time only."""
+_RATIOS = 9
+"""Works of adhesion or moduli of a scan, over a decade either way of the first guess; more cost time only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +105,7 @@ def _oriented(found: Approach, settings: Settings) -> tuple[Approach, tuple[str,
     """The cycle with a force that is positive when pressing, as far as it shows it, and notes."""
     curve = found.cycle
     force = curve.force - _background(found, settings)
-    noise = noise_of(np.diff(force)) / np.sqrt(2)
+    noise = scatter(force, 1)
     deepest = float(np.median(force[np.argsort(curve.position)[-max(force.size // 200, 3) :]]))
     # pressed and pulled the other way round
     if deepest < -CLEAR * noise and force.max() > CLEAR * noise and force.max() < -force.min():
@@ -161,7 +159,7 @@ def _segment(curve: Curve, over: Array, points: Indices, name: str, reference: f
         )
     far = force[-max(int(_FREE * force.size), FEWEST) :]
     baseline = float(np.median(far))
-    noise = spread_of(np.diff(far)) / float(np.sqrt(2))
+    noise = scatter(far, 1)
     lowest = int(np.argmin(force))
     dip = baseline - float(force[lowest])
     if reference - baseline > max(CLEAR * noise, _LET_GO * (reference - float(force[lowest]))):
@@ -171,14 +169,14 @@ def _segment(curve: Curve, over: Array, points: Indices, name: str, reference: f
             f"{curve.name}: the {name} dips {max(dip, 0):.3g} N below its baseline, the noise is {noise:.3g} N: no adhesion "
             + ("to be seen. Leave work_of_adhesion out." if name == "retract" else "to be seen. Use segment='retract'.")
         )
-    # as many points as bring the noise of their mean to a twentieth of the dip
-    m = int(np.clip(np.ceil((noise / (0.05 * dip)) ** 2), 1, max(int(_LITTLE * force.size), 1)))
+    # as many points as bring the noise of their mean to next to nothing of the dip
+    m = int(np.clip(np.ceil((noise / (_LITTLE * dip)) ** 2), 1, max(int(_LITTLE * force.size), 1)))
     ahead = np.convolve(force, np.full(m, 1 / m), "full")[m - 1 :] if m > 1 else force
     gone = np.flatnonzero(ahead[lowest:] > baseline - _LET_GO * dip)
     if not gone.size or force.size - lowest - gone[0] < max(FEWEST, _LITTLE * force.size):
         raise CurveError(_NOT_GONE.format(name=curve.name, way=name))
     jump = lowest + int(gone[0])
-    settled = np.flatnonzero(ahead[jump:] > baseline - max(3 * noise / np.sqrt(m), 0.03 * dip))
+    settled = np.flatnonzero(ahead[jump:] > baseline - max(3 * noise / np.sqrt(m), _LITTLE * dip))
     quiet = jump + m + (int(settled[0]) if settled.size else 0)
     end = jump - (m if m > 1 else 0)
     if end < FEWEST:
@@ -307,13 +305,12 @@ def _start(objective: Objective, lower: Array, upper: Array, between: tuple[floa
         return rows
 
     theta = _matched(model, (moduli, works), depth - np.mean(between), (coarse.force - _free_force(coarse))[loaded])
-    # works of adhesion up to this factor beside the first guess, which comes from largest force and tension
     thetas = np.repeat(theta[None], _RATIOS if works or moduli else 1, axis=0)
-    thetas[:, works or moduli] += np.log(8.0) * np.linspace(-1, 1, len(thetas))[:, None]
+    thetas[:, works or moduli] += np.log(10) * np.linspace(-1, 1, len(thetas))[:, None]
     found = tried(coarse, thetas, between, force, [*moduli, *works] if works and moduli else ())
     # the best few, of different ratios where there are some: the valley has more than one end
     starts = [np.clip(x, lower, upper) for x in found[:: max(len(found) // 40, 1)][:3]]
-    return min((minimise(coarse.evaluate, x, lower, upper, settled=0.05) for x in starts), key=lambda end: end.cost).x
+    return min((minimise(coarse.evaluate, x, lower, upper, settled=ROUGH) for x in starts), key=lambda end: end.cost).x
 
 
 def _free_force(objective: Objective) -> Array:
@@ -346,7 +343,7 @@ def _means(objective: Objective) -> Objective:
     assert objective.loaded is not None
     n, index = objective.depth.size, np.zeros(objective.depth.size, dtype=np.intp)
     free = np.delete(np.arange(n), objective.loaded)
-    for places, count, first in ((objective.loaded, _MEANS, 0), (free, _MEANS // 4, _MEANS)):
+    for places, count, first in ((objective.loaded, NODES, 0), (free, NODES // 4, NODES)):
         index[places] = first + np.arange(places.size) * min(count, places.size) // max(places.size, 1)
     return objective.averaged(index)
 

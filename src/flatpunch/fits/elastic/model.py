@@ -24,10 +24,10 @@ from flatpunch.contact.curve import FEW_ANGLES, percent
 from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.contact.physics import FiniteStrain
 from flatpunch.fits.elastic.table import Table, at_pieces
-from flatpunch.fits.parameters.free_parameters import ExactForce, FreeParameters
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
+from flatpunch.fits.parameters.unknowns import ExactForce, FreeParameters
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.punch import UnresolvedLayer

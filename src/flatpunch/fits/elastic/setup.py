@@ -10,21 +10,16 @@ from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.contact.finite_strain.caps import place_of
 from flatpunch.fits.elastic.model import ForwardModel
-from flatpunch.fits.elastic.plastic import refuse_plastic
-from flatpunch.fits.elastic.retract import FreeOfContact, free_of_contact
-from flatpunch.fits.judge.departures import dip
 from flatpunch.fits.judge.fitted import MOST, SURE, Fit
-from flatpunch.fits.judge.judgement import Judge
-from flatpunch.fits.judge.notes import about_background, about_range, no_contact
-from flatpunch.fits.judge.readings import FEWEST as IN_CONTACT
-from flatpunch.fits.judge.readings import SHARE, strays, thinned, white_noise
+from flatpunch.fits.judge.judgement import Judge, about_background, about_range, dip, no_contact
 from flatpunch.fits.judge.record import Noise, Record
+from flatpunch.fits.least_squares.drag import FreeOfContact, before_turn, free_of_contact, no_drag, shows_drag, speed_of
 from flatpunch.fits.least_squares.objective import Objective, blocked
 from flatpunch.fits.least_squares.problem import Setup, cut, enough, with_nuisance
-from flatpunch.fits.least_squares.speed import before_turn, no_drag, shows_drag, speed_of
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fits.measured.cycles import refuse_plastic
 from flatpunch.fits.measured.orientation import Approach, approaches, leap_note
-from flatpunch.fits.measured.signal import converter_step
+from flatpunch.fits.measured.signal import IN_CONTACT, SHARE, converter_step, strays, thinned, white_noise
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Frame, frame_of
 
@@ -76,7 +71,7 @@ class Approached:
     def before(self) -> Flags:
         """Readings of the approach without contact."""
         inside = self.fit.objective.indentation(self.part, self.fit.x)
-        return np.asarray(inside < 0.4 * min(float(inside.min()), 0.0))
+        return np.asarray(inside < 0.5 * min(float(inside.min()), 0.0))
 
     def background(self, curve: Curve) -> Array:
         """Force without contact at the positions of a curve, without level and drag [N]."""
@@ -208,7 +203,6 @@ def _record(
 def _objective(
     curve: Curve, frame: Frame, model: ForwardModel, settings: Settings, tilt: bool, turned: float, speed: Array | None
 ) -> Objective:
-    """The problem of a curve in the units of the whole approach."""
     held = settings.held
     held["contact"] *= turned
     chosen = replace(settings, baseline="linear" if tilt else settings.baseline)
@@ -253,7 +247,6 @@ def _setup(
     settings: Settings,
     free: FreeOfContact | None = None,
 ) -> Setup:
-    """The problem of an approach whose contact is found."""
     fit, found, part, record = made.fit, made.found, made.part, made.fit.record
     notes = [*found.notes, *leap_note(found.whole)]
     if made.upright < 0:

@@ -28,7 +28,7 @@ STEP = np.log(10) / PER_DECADE
 _DEGREE = 5
 """Degree of the splines in ln delta; cubic ones leave 4e-7 of the largest force, where these leave 1e-9."""
 
-_DECADES = 5
+DECADES = 5
 """Decades of depth in a table, below which the power law of its end goes on; with three, 1e-8 of the largest force is left."""
 
 _MARGIN = 4
@@ -37,11 +37,11 @@ _MARGIN = 4
 _TABULATED = 2
 """Coordinates of a table at most; with more, six knots along each cost more solutions than a fit has steps."""
 
-_SHIFT = 2.5e-4
+_SHIFT = 1e-4
 """Change of a coordinate for its derivative where nothing is tabulated over it; it errs by as much."""
 
-KNOTS = 6
-"""Points across each coordinate that are interpolated; with four the force is off by 1e-5 of its largest, with eight by 1e-8."""
+KNOTS = _DEGREE + 1
+"""Points across each coordinate, interpolated with the degree of the splines; with four the force is off by 1e-5."""
 
 Window = tuple[int, int]
 """First and last node, in steps of ln delta."""
@@ -129,7 +129,7 @@ class Table:
     solve: Solve
     coordinates: Sequence[Coordinate]
     limit: Callable[[tuple[float, ...]], float]
-    decades: int = _DECADES
+    decades: int = DECADES
     _window: Window = (0, -1)
     _nodes: dict[tuple[int, ...], dict[int, float]] = field(default_factory=dict)
     _pieces: dict[tuple[Window, tuple[int, ...]], Array] = field(default_factory=dict)
@@ -183,8 +183,8 @@ class Table:
         """Coefficients at all knots around coordinates, a row each."""
         key = (window, first)
         if key not in self._stacks:
-            # groups of neighbouring knots kept together for many vectors at once
-            if len(self._stacks) >= 32:
+            # groups of neighbouring knots kept together for many vectors at once: some 20 MB
+            if len(self._stacks) >= 100:
                 self._stacks.clear()
             choices = product(range(KNOTS), repeat=len(first))
             self._stacks[key] = np.array(

@@ -29,9 +29,8 @@ from flatpunch.fits.half_space.correction import punch_modulus
 from flatpunch.fits.half_space.formulas import equivalents, layer_on_top
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
-from flatpunch.fits.parameters.numbers import BESIDE, FRAME, IMPRINT, Scale, check_names, ends, numbers_in
-from flatpunch.fits.report.quantities import unit_of
-from flatpunch.fits.report.table import LEVEL, Estimate, Row, Rows, Tabled, rows_of
+from flatpunch.fits.parameters.sample import BESIDE, FRAME, IMPRINT, Scale, check_names, ends, numbers_in
+from flatpunch.fits.report.table import LEVEL, Estimate, Row, Rows, Tabled, rows_of, unit_of
 from flatpunch.media import Body, Stack
 from flatpunch.media.material import young_and_poisson
 from flatpunch.media.paths import with_values
@@ -40,8 +39,6 @@ _UNIT = 1e-9
 """Unit in which the compliance of the load frame is fitted [m/N]."""
 _WIDE = float(np.log(1e6))
 """Largest change of the logarithm of a parameter, a factor of a million; also of the frame in millions of its unit."""
-_BESIDE = 5.0
-"""Largest change of ln of the film's modulus by a published formula; at its end the points do not determine the modulus."""
 _THINNEST = 1e-3
 """Least thickness of a film that the tip has gone through, over that of the film: thin, not absent."""
 _HALF = 0.5
@@ -117,7 +114,6 @@ class FilmResult(Tabled):
         return {**numbers_in(self.case, None), **BESIDE}
 
     def _line_(self) -> str:
-        """The fitted values."""
         found = ", ".join(f"{name}={text(e.value, unit_of(self.numbers[name]))}" for name, e in self.estimates.items())
         return f"FilmResult({found}, {self.points.depth.size} points, misfit {self.misfit:.2%})"
 
@@ -144,7 +140,7 @@ class TenthRule:
 
     error: float
     depth: float
-    tolerance: float = 0.05
+    tolerance: float
 
     def __str__(self) -> str:
         where = f"at {self.depth:.3f} of the thickness" if np.isfinite(self.depth) else "nowhere within the film"
@@ -330,7 +326,6 @@ def _thinned(medium: Body, points: OliverPharr, share: float) -> Array:
 
 
 def _notes(sample: Body, points: OliverPharr, residual: Array, share: float) -> Iterable[str]:
-    """What users of a fitted film must know."""
     if share:
         yield f"The film counts as thinner under the tip by {share:.2f} of the contact depth, by its plastic imprint."
     if sample.single and (deep := int((points.contact_depth > sample.length).sum())):
@@ -370,7 +365,7 @@ def by_formulas(points: OliverPharr, tip: Tip, fitted: Stack) -> dict[str, tuple
         first = np.log([fitted.surface_modulus, *([1.0] if name in kings else [])])
         grid = first + np.stack(np.meshgrid(*[factors] * first.size), axis=-1).reshape(-1, first.size)
         start = min(grid, key=lambda x: float(np.sum(residual(x) ** 2)))
-        found, _ = least_squares_fit(residual, start, (start - _BESIDE, start + _BESIDE), points.radius.size)
+        found, _ = least_squares_fit(residual, start, (start - _WIDE, start + _WIDE), points.radius.size)
         star = float("nan") if found.at_bound.any() else float(np.exp(found.x[0]))
         results[name] = (
             star * (1 - young_and_poisson(layer_on_top(fitted)[1])[1] ** 2),

@@ -286,7 +286,6 @@ def continuous(curve: Curve) -> bool:
 
 
 def _files(path: str | Path) -> list[Path]:
-    """The files of a folder, or the file itself."""
     return files_in(path) if is_folder(Path(path)) else [Path(path)]
 
 

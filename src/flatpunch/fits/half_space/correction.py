@@ -57,8 +57,8 @@ _Limits = Callable[[float], tuple[str, ...]]
 _TOP, _EXACT = "layers[0].young", "exact"
 _POINTS = 200
 """Evenly spaced depths of the curve that the software fitted; twice as many move the modulus by 0.1 %."""
-_DOUBLINGS = 20
-"""Factors of two between the reported modulus and the farthest that is tried for the layer, a million either way."""
+_FARTHEST = 1e6
+"""Factor between the reported modulus and the farthest that is tried for the layer, either way."""
 _ANGLES = 3600
 """Polar angles of a section; the area of a Berkovich tip is right to 1e-6."""
 _STEP = 1e-4
@@ -314,7 +314,7 @@ def _solved(reports: Callable[[float], float], target: float, guess: float) -> f
     if not math.isfinite(first := miss(at)):
         raise ValueError("the depth is outside its range")
     step = -math.copysign(math.log(2), first)
-    for _ in range(_DOUBLINGS):
+    while abs(at - math.log(guess)) < math.log(_FARTHEST):
         if miss(at + step) * first <= 0:
             return math.exp(brentq(miss, at, at + step, xtol=ROUNDING))
         at += step

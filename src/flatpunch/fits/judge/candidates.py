@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array
-from flatpunch.fits.judge.readings import FEWEST, NODES
 from flatpunch.fits.judge.record import Noise, Record
+from flatpunch.fits.measured.signal import IN_CONTACT, NODES
 
-_ON, _LATE, _AMPLITUDES = 80, 40, 10
-"""Contact points evenly over the record, ever closer to its end, and amplitudes of each behind a cantilever: a grid."""
+_ON, _AMPLITUDES = 80, 10
+"""Contact points over the record, half as many ever closer to its end, and amplitudes of each behind a cantilever: a grid."""
 _BEFORE = (0.03, 0.1, 0.3, 1.0, 1.7, 3.0, 5.0, 7.0, 10.0)
 """Contact points before the first reading, over the way of the record: a grid."""
-_DEPTHS = 600
+_DEPTHS = 2 * NODES
 """Depths of a table of forces, from a millionth of the largest: a grid."""
 
 
@@ -104,7 +104,7 @@ def _places(record: Record, table: Table) -> Array:
         return np.array([low])
     way = float(np.ptp(position))
     on = position[np.linspace(1, n - 5, _ON).astype(int)]
-    late = position[-1] - way * np.geomspace(1 / NODES, 1, _LATE)
+    late = position[-1] - way * np.geomspace(1 / NODES, 1, _ON // 2)
     places = np.concatenate([on, late, position[0] - way * np.array(_BEFORE)])
     places = places[places > position[-1] - table.depth[-1]]
     inside = places[(places >= low) & (places <= min(high, position[-5]))]
@@ -124,7 +124,7 @@ def _amplitudes(record: Record, table: Table, place: float, spring: float) -> Ar
         rise = float(np.diff(table.force(beyond[[0, -1]]))[0])
         return abs(float(force[-1] - force[0])) / max(rise, TINY) * np.geomspace(0.7, 30, _AMPLITUDES)
     i = min(int(np.searchsorted(position, place)), n - 3)
-    rises = np.abs(force - force[max(i - 2 * FEWEST, 0) : i + 1].mean())
+    rises = np.abs(force - force[max(i - 2 * IN_CONTACT, 0) : i + 1].mean())
     at = np.unique((i + np.geomspace(2, max(n - 1 - i, 2), _AMPLITUDES)).astype(int))
     at = at[at < n]
     shape = table.force(beyond[at] - rises[at] / spring)

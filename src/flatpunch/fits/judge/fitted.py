@@ -1,20 +1,130 @@
-"""A contact over one background: least squares over a range that ends where the model ceases to describe the force."""
+"""A contact over one background: least squares over a range that ends where the model ceases to describe the force.
+
+Steps and bends at every reading, and every reading alone, are tested at once beside the unknowns of a fit. A step is a constant
+from a reading on, a bend a force that from a reading on grows in proportion to that of the contact.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import TINY, Array, Flags
 from flatpunch.fits.judge.background import Background
-from flatpunch.fits.judge.departures import Departure, Departures, departures, off_beyond
-from flatpunch.fits.judge.readings import SHARE
 from flatpunch.fits.judge.record import Noise, Record
 from flatpunch.fits.least_squares.minimum import Minimum
 from flatpunch.fits.least_squares.objective import Objective
+from flatpunch.fits.measured.signal import CLEAR, IN_CONTACT, SHARE
+
+_BREAK = 4.0
+"""Standard deviations of a step or a bend that ends the range."""
+_MANY = 0.1
+"""Share of the means that single readings far off can be."""
+
+
+class Departure(NamedTuple):
+    """Where the model ceases to describe the force: index of the mean, whether by a step, how far the force is off [share]."""
+
+    at: int
+    step: bool
+    off: float
+
+
+class Departures(NamedTuple):
+    """Standard deviations and sizes of a step, a bend (its change of slope over that of the force) and a reading alone."""
+
+    steps: Array
+    jump: Array
+    bends: Array
+    slope: Array
+    alone: Array
+    off: Array
+
+    def far(self, inside: Flags, force: Array, gone: Flags) -> int | None:
+        """The reading farthest off, if it is so alone and by more than the model may be off."""
+        alone = np.abs(self.alone) * ~gone
+        at = int(np.argmax(alone))
+        along = max(np.abs(self.steps[inside]).max(initial=0.0), np.abs(self.bends[inside]).max(initial=0.0))
+        enough = gone.sum() > _MANY * gone.size + 1
+        return None if enough or alone[at] <= max(CLEAR, along) or abs(self.off[at]) <= 2 * SHARE * force[at] else at
+
+    def broken(self, inside: Flags, force: Array, slack: float) -> tuple[int, bool] | None:
+        """Where the force falls below the model by more than a share of its largest value, and whether by a step."""
+        least, drop = slack * force[-1], np.maximum(-self.jump, TINY)
+        by_step = np.where(inside, np.maximum(drop - least, 0.0) / drop * np.abs(self.steps), 0.0)
+        fall = np.maximum(-self.slope * (force[-1] - force), TINY)
+        by_bend = np.where(inside, np.maximum(fall - 2 * least, 0.0) / fall * np.abs(self.bends), 0.0)
+        by_step[drop <= TINY], by_bend[fall <= TINY] = 0.0, 0.0
+        at = int(np.argmax(np.maximum(by_step, by_bend)))
+        return (at, bool(by_step[at] >= by_bend[at])) if max(by_step[at], by_bend[at]) > _BREAK else None
+
+    def largest(self, inside: Flags, force: Array) -> tuple[float, bool, float]:
+        """The clearest step or bend: standard deviations, whether a step, and its size in the force at the end."""
+        i, j = int(np.argmax(np.abs(self.steps) * inside)), int(np.argmax(np.abs(self.bends) * inside))
+        step, bend = float(abs(self.steps[i])), float(abs(self.bends[j]))
+        if step >= bend:
+            return step, True, float(self.jump[i])
+        return bend, False, float(self.slope[j] * (force[-1] - force[j]))
+
+
+def departures(objective: Objective, white: Array, x: Array, force: Array, end: int) -> Departures:
+    """Steps and bends at every reading before `end`, and every reading alone, beside all unknowns.
+
+    `force` is that of the contact at all readings.
+    """
+    residual, jacobian = objective.first(end, white).evaluate(x)
+    basis = np.linalg.qr(jacobian.T)[0]
+    residual = residual - basis @ (basis.T @ residual)
+    p = force[:end, None]
+
+    def later(columns: Array) -> Array:
+        return np.cumsum(columns[::-1], axis=0)[::-1]
+
+    def along(columns: Array) -> tuple[Array, Array, Array]:
+        """Products of white columns (end, m) with those of a reading alone, a step and a bend at every reading."""
+        alone = white[:end, None] * columns if white.ndim == 1 else white[:end, :end].T @ columns
+        steps = later(alone)
+        return alone, steps, later(alone * p) - p * steps
+
+    found = []
+    for square, seen, known in zip(_squares(white, p[:, 0], end), along(-residual[:, None]), along(basis), strict=True):
+        left = np.maximum(square - (known**2).sum(axis=1), TINY)
+        found.append((seen[:, 0] / np.sqrt(left), seen[:, 0] / left))
+    alone, step, bend = found
+    return Departures(*step, *bend, *alone)
+
+
+def _squares(white: Array, p: Array, end: int) -> tuple[Array, Array, Array]:
+    """Squares of the white columns of a reading alone, a step and a bend at every reading, each (end,)."""
+    if white.ndim == 1:
+        alone = white[:end] ** 2
+        steps, first, second = (np.cumsum((alone * p**k)[::-1])[::-1] for k in range(3))
+        return alone, steps, second - 2 * p * first + p**2 * steps
+    rows = white[:end, :end]
+    steps = np.cumsum(rows[:, ::-1], axis=1)[:, ::-1]
+    bends = np.cumsum((rows * p)[:, ::-1], axis=1)[:, ::-1] - p * steps
+    alone, steps, bends = ((columns**2).sum(axis=0) for columns in (rows, steps, bends))
+    return alone, steps, bends
+
+
+def over_background(objective: Objective, x: Array) -> Array:
+    """Force over its background without the process [N]."""
+    rest = objective.split(x)[1]
+    return np.asarray(
+        objective.force - rest["baseline"] - objective.background(rest, objective.position, objective.speed)
+    )
+
+
+def off_beyond(objective: Objective, x: Array, force: Array, end: int, span: float) -> float:
+    """How far the force beyond the range is off that of the contact, over the range of the force: above it or below it."""
+    off = over_background(objective, x) / span - force
+    after = off[end : end + max((end - objective.touch(x)) // 2, IN_CONTACT)]
+    return float(np.median(after) - np.median(off[max(end - 2 * IN_CONTACT, 0) : end])) if after.size else 0.0
+
 
 SURE = 15.0
 """Gain in log-likelihood from which a contact is one: noise alone gives less in 1e4 records with 1e3 candidates each."""
@@ -29,8 +139,6 @@ MOST = 0.7
 """A contact that explains less than this share of the rise that another explains is none."""
 FOOT = 0.05
 """Share of the largest fitted force below which nothing ends the range: the soft foot of real contacts is no break."""
-_TURNS = 30
-"""Descents of one contact at most: each leaves out a reading, or changes the range."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +290,8 @@ class Descent:
     def ended(self) -> Fit | None:
         """The contact and its range."""
         found, strict = self._minimum(), False
-        for turn in range(_TURNS):
+        # each turn leaves out a reading, or changes the range
+        for turn in range(self.record.size):
             force = self._force()
             if not (turn < 3 and self._longer(force)):
                 touch = self.objective.touch(self.x)
@@ -223,7 +332,6 @@ class Descent:
         return self.end > before
 
     def _leaves_out(self, seen: Departures, inside: Flags, force: Array) -> bool:
-        """Leave out a reading that is far off alone."""
         if (far := seen.far(inside, force[: self.end], self.gone[: self.end])) is None:
             return False
         self.gone[far] = True
@@ -268,7 +376,6 @@ class Descent:
 
 
 def _without(objective: Objective, white: Array, end: int, x: Array) -> float:
-    """Sum of squares of the background alone."""
     part = objective.first(end, white)
     rest = part.split(x)[1]
     terms = [n for n in part.nuisance if n != "contact"]

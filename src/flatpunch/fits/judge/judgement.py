@@ -1,4 +1,4 @@
-"""What an approach shows: its contact, its background, and the range that the model describes, by one likelihood.
+"""What an approach shows: its contact, its background, and the range that the model describes, by one likelihood; notes of it.
 
 The background is learnt from the readings before the contact, the contact found over it, and so on until both stay; a record
 has three beginnings: no process, that of its first third, that of nearly all of it. Inside the contact a step or a bend of the
@@ -13,14 +13,18 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from scipy.ndimage import median_filter
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import TINY, Array
+from flatpunch._support.prefixes import text
 from flatpunch.fits.judge.background import LEARNT, Background
 from flatpunch.fits.judge.candidates import Candidates, Found, begun, candidates, scan, table_at
-from flatpunch.fits.judge.fitted import FOOT, MOST, Descent, Fit
-from flatpunch.fits.judge.readings import SHARE
+from flatpunch.fits.judge.fitted import FOOT, MOST, SURE, Descent, Fit, over_background
 from flatpunch.fits.judge.record import Noise, Record
 from flatpunch.fits.least_squares.objective import Objective
+from flatpunch.fits.measured.curve import Curve, CurveError
+from flatpunch.fits.measured.signal import CLEAR, IN_CONTACT, SHARE
+from flatpunch.fits.parameters.settings import Settings
 
 _ERRORS = (0.0, 0.01, 0.03, 0.1)
 """Errors of a model over the largest force; the last only where the others describe little of the rise."""
@@ -134,7 +138,7 @@ class Judge:
         record = self.record
         found = scan(record, noise, self.first, end)
         position = record.objective.position
-        if found is not None and found.place < position[0] - 0.9 * np.ptp(position):
+        if found is not None and found.place < position[0] - 0.5 * np.ptp(position):
             found = scan(record, noise, candidates(record, table_at(record, record.zero, far=True)), end)
         for _ in range(3):
             if (
@@ -203,3 +207,96 @@ class Judge:
 def _explained(found: Sequence[Fit]) -> bool:
     """Whether half of the rise is, or a fault ends the range; else the background or the model's error is larger."""
     return any(f.most > 0.5 or (f.falls and f.most > _LITTLE) for f in found)
+
+
+def dip(record: Record, objective: Objective, noise: Noise, x: Array, end: int) -> tuple[float, float, slice]:
+    """How far the force dips below its background before it rises: standard deviations, size over the range, and the means."""
+    over = median_filter(over_background(objective, x) / record.range, 3, mode="nearest")
+    top = int(np.argmax(over[:end]))
+    low = int(np.argmin(over[: top + 1]))
+    if min(objective.touch(x), low) < IN_CONTACT or over[low] >= 0:
+        return 0.0, 0.0, slice(0, 0)
+    begin = low - int(np.argmax(over[low::-1] >= 0))
+    back = low + int(np.argmax(over[low:] >= 0))
+    # the dip is no part of what the force does without contact, where most of that comes before it
+    background = record.learnt(begin) if 2 * begin > low else noise.background
+    last, places = min(low + 2, top), np.arange(record.size)
+    ramps = np.array([np.clip(1 - (low - places) / 2**k, 0, 1) for k in range(1, 6)]).T
+    ramps[last:] = 0.0
+    made = record.passed(Noise(background), share=False).innovations(np.column_stack([record.y, ramps]))[:last]
+    data, columns = made[:, 0], made[:, 1:]
+    size = np.linalg.norm(columns, axis=0)
+    t = columns.T @ data / size
+    j = int(np.argmin(t))
+    return -float(t[j]), min(-float(t[j] / size[j]), -float(over[low])), slice(begin, back)
+
+
+_CAUSES = {
+    (True, -1): "a breakthrough, a slip or a pop-in",
+    (True, 1): "a jump or a second contact",
+    (False, -1): "a saturated detector, a held or withdrawn load, or yield",
+    (False, 1): "a stiffer layer below, a second contact, or a model that is not this body",
+}
+"""Usual causes of a step or a bend of the force below or above the model."""
+
+
+def about_range(fit: Fit, part: Curve, last: int, turned: float, settings: Settings) -> list[str]:
+    """Where the fitted range ends and why, and what departs within it."""
+    notes = []
+    if (found := fit.departure) is not None and last < part.depth.size:
+        off = found.off / max(fit.most, TINY)
+        side = -1 if off < 0 else 1
+        notes.append(
+            f"From a depth of {text(turned * float(part.depth[last]), 'm')} on ({part.depth.size - last} of {part.depth.size} "
+            f"readings) the model does not describe the force, which is {abs(off):.1%} of the fitted force "
+            f"{'below' if side < 0 else 'above'} it: usually {_CAUSES[found.step, side]}. What lies before it is fitted; "
+            "depth_to = '...' overrides."
+        )
+    if fit.noise.error:
+        notes.append(
+            f"The model misses the force by about {fit.noise.error:.0%} of its largest value; the intervals contain this as "
+            "noise, not what a wrong model adds."
+        )
+    if (inside := fit.tested).any():
+        far, step, size = fit.departures.largest(inside, fit.force[: fit.end])
+        size /= fit.most
+        if far > CLEAR and abs(size) > SHARE / 2:
+            notes.append(
+                f"Within the fitted range the force {'jumps' if step else 'bends away from the model'} by {size:+.1%} of its "
+                f"largest value ({far:.0f} standard deviations): usually {_CAUSES[step, -1 if size < 0 else 1]}."
+            )
+    return notes
+
+
+def about_background(fit: Fit) -> list[str]:
+    """Waves and drift of the force without contact."""
+    background = fit.noise.background
+    if not background.size:
+        return []
+    over = background.size / max(fit.most, TINY)
+    if background.memory and not background.smooth:
+        over *= np.sqrt(min(background.memory / 2, float(fit.record.x[max(fit.touch - 1, 0)])))
+    does = "waves" if background.smooth else "drifts" if background.memory else "scatters"
+    return [
+        f"The force without contact {does} by about {over:.1%} of the rise (interference, "
+        "drift, long-range forces). It is fitted as a random process of this size, which widens the intervals."
+    ]
+
+
+def no_contact(part: Curve, fit: Fit | None, settings: Settings) -> CurveError:
+    """Refusal of a record in which no contact stands out of the background, or one of too few readings does."""
+    if fit is not None and fit.gain >= SURE and fit.inside < IN_CONTACT:
+        return CurveError(
+            f"{part.name}: {fit.inside} of {part.force.size} readings are in contact and described by this model; a fit needs "
+            f"{IN_CONTACT} or more. Press deeper, or record more readings."
+        )
+    seen = "" if fit is None else f", of which {fit.inside} rise by {text(fit.most * fit.record.range, 'N')}"
+    foot = " The force beyond rises by more than this contact explains." if fit is not None and fit.foot else ""
+    begun = "The data begin in contact, and no baseline is seen. " if fit is not None and fit.touch <= 2 else ""
+    tilted = settings.baseline == "linear" or (settings.baseline == "auto" and begun != "")
+    straight = "A force that grows along a straight line is taken for a tilt; choose baseline = 'constant' where there is none. "
+    return CurveError(
+        f"{part.name}: no contact is to be seen: the background alone (baseline = {settings.baseline!r}) describes the "
+        f"{part.force.size} readings{seen}, as well.{foot} {begun}{straight if tilted else ''}Press deeper, average, or check "
+        "which column is the force; `flatpunch read FILE --plot PICTURE` draws the curve."
+    )

@@ -20,11 +20,10 @@ from scipy.ndimage import median_filter
 
 from flatpunch._support.checks import TINY, Array, Flags, Indices
 from flatpunch.fits.judge.background import LEARNT, Background, likeliest
-from flatpunch.fits.judge.readings import SHARE, over_line
 from flatpunch.fits.least_squares.minimum import Minimum, minimise
 from flatpunch.fits.least_squares.objective import Objective
-from flatpunch.fits.measured.signal import ROUNDED
-from flatpunch.fits.parameters.numbers import NUISANCE
+from flatpunch.fits.measured.signal import ROUNDED, SHARE, over_line
+from flatpunch.fits.parameters.sample import NUISANCE
 
 _EXACT = 1e-7
 """Share of the range of the force to which models are computed: data without noise have this error."""

@@ -21,7 +21,7 @@ from flatpunch._support.checks import Array, Flags, Indices, real
 from flatpunch._support.declared import Place
 from flatpunch.fits.least_squares.minimum import Minimum
 from flatpunch.fits.measured.curve import Curve, CurveError
-from flatpunch.fits.parameters.numbers import OF, Scale
+from flatpunch.fits.parameters.sample import OF, Scale
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Unknowns
 

@@ -118,7 +118,6 @@ class Curve:
             raise CurveError(f"{self.name}: {self.depth.size} points; a fit needs {fewest} or more.")
 
     def _line_(self) -> str:
-        """Name, size and ranges."""
         depth, force = (
             f"{text(float(column.min()), unit)} to {text(float(column.max()), unit)}"
             for column, unit in ((self.depth, "m"), (self.force, "N"))
@@ -126,7 +125,6 @@ class Curve:
         return f"Curve({self.name!r}: {self.depth.size} points, depth {depth}, force {force})"
 
     def _table_(self) -> Table:
-        """A row for each column that there is."""
         rows = tuple(
             (name, text(float(np.nanmin(column)), unit), text(float(np.nanmax(column)), unit))
             for name, unit in _COLUMNS.items()

@@ -15,10 +15,10 @@ from typing import Literal
 import numpy as np
 from scipy.ndimage import median_filter
 
-from flatpunch._support.checks import TINY, Array, Indices
+from flatpunch._support.checks import TINY, Array
 from flatpunch._support.prefixes import text
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fits.measured.signal import EXACT, wander
+from flatpunch.fits.measured.signal import CALM, EXACT, wander
 
 Direction = Literal["auto", "growing", "falling"]
 
@@ -205,33 +205,30 @@ def _found(
 
 def _legs(curve: Curve, position: Array) -> tuple[list[int], Array]:
     """Ends of the legs of a record, readings from the first to the last, and the position without single bad readings."""
-    smooth = median_filter(position, 5, mode="mirror")
+    smooth = median_filter(position, CALM, mode="mirror")
     if curve.segment is not None and np.ptp(curve.segment) > 0:
         edges = (np.flatnonzero(np.diff(curve.segment))).tolist()
         return [0, *edges, position.size - 1], smooth
     least = max(_TURN * float(np.ptp(smooth)), _NOISE * wander(position))
-    # a running extremum needs a few thousand readings only
-    step = max(position.size // 4000, 1)
-    at = np.arange(0, position.size, step)
     # readings that jump away are no turn
     usual = np.where(np.abs(position - smooth) <= least, position, np.nan)
     # the first reading is the end of a leg, but no turn
-    turns = [_around(usual, at, turn) for turn in _turns(smooth[at], least) if turn[0] > 0]
+    turns = [_around(usual, turn) for turn in _turns(smooth.tolist(), least) if turn[0] > 0]
     return sorted({0, *turns, position.size - 1}), smooth
 
 
-def _around(position: Array, at: Indices, turn: tuple[int, int]) -> int:
-    """The extreme reading near a turning point of thinned positions."""
+def _around(position: Array, turn: tuple[int, int]) -> int:
+    """The extreme reading near a turning point of smooth positions."""
     i, way = turn
-    low, high = int(at[max(i - 2, 0)]), int(at[min(i + 2, at.size - 1)]) + 1
-    return low + int(np.nanargmax(way * position[low:high]))
+    low = max(i - 2, 0)
+    return low + int(np.nanargmax(way * position[low : i + 3]))
 
 
-def _turns(values: Array, least: float) -> list[tuple[int, int]]:
+def _turns(values: list[float], least: float) -> list[tuple[int, int]]:
     """Places where values turn by more than `least`, and 1 for a maximum or -1 for a minimum."""
     found: list[tuple[int, int]] = []
     low = high = way = 0
-    for i, value in enumerate(values.tolist()):
+    for i, value in enumerate(values):
         if value > values[high]:
             high = i
         if value < values[low]:
@@ -299,7 +296,7 @@ def _relative_sign(curve: Curve) -> float:
 
 def leap_note(curve: Curve) -> tuple[str, ...]:
     """A position that is farther from its neighbours than all others are apart."""
-    calm = median_filter(curve.position, 5, mode="mirror")
+    calm = median_filter(curve.position, CALM, mode="mirror")
     size = np.abs(curve.position - calm)
     far = np.flatnonzero(size > float(np.ptp(calm)))
     if not far.size:

@@ -1,22 +1,147 @@
-"""What a curve is measured on: medium and tip, and what makes the contact adhesive or viscoelastic; its parameters by name."""
+"""What a curve is measured on, medium, tip and physics, and its numbers as records: limits, unit and scale by declaration."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from flatpunch._support.checks import shown
-from flatpunch._support.declared import numbers_of
+from flatpunch._support.checks import TINY, shown
+from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium
-from flatpunch.fits.parameters.numbers import WORK, Numbers, check_names, numbers_in
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
+from flatpunch.media import Body, Interface, Material, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
+from flatpunch.media.paths import groups
+from flatpunch.sensitivities.parameters import parameters
+
+OF = " @ "
+"""Between the path of a number and the name of the one curve that it belongs to."""
+NUISANCE = ("contact", "baseline", "tilt", "drag")
+"""Contact point and coefficients of the background."""
+CALIBRATION = ("spring_constant", "sensitivity")
+"""Numbers of the calibration that may be drawn; the first is given in N/m, the second relative to the one used."""
+WORK = "work_of_adhesion"
+PULL_OFF = "pull-off force"
+FRAME = "frame"
+IMPRINT = "imprint"
+_EDGE = 1e-3
+"""Share of a range that fits stay away from an end that does not belong to it."""
+
+BESIDE: dict[str, Place] = {
+    name: Place(name, 0.0, number, None)
+    for name, number in {
+        "contact": Number("contact point", "m"),
+        "baseline": Number("baseline", "N"),
+        "tilt": Number("tilt", "N/m"),
+        "drag": Number("drag", "N s/m"),
+        "spring_constant": Number("spring constant", "N/m", above=0.0),
+        "sensitivity": a_ratio("relative sensitivity", above=0.0),
+        FRAME: Number("frame compliance", "m/N"),
+        IMPRINT: a_ratio("thinning by the imprint over its depth", least=0.0, most=1.0),
+        WORK: Number("work of adhesion", "J/m^2", above=0.0),
+        PULL_OFF: Number("pull-off force", "N"),
+        "deepest": Number("largest depth", "m"),
+        "noise": Number("noise", "N"),
+        "position x": Number("position x", "m"),
+        "position y": Number("position y", "m"),
+    }.items()
+}
+"""What a fit has beside the numbers of medium and tip."""
+
+
+class Numbers(dict[str, Place]):
+    """Records by name; `members` has for each group of moduli the names of those that it moves at their ratios."""
+
+    members: Mapping[str, tuple[str, ...]] = MappingProxyType({})
+
+
+def numbers_in(medium: Body, indenter: Indenter | None) -> Numbers:
+    """All numbers of a medium and a tip that can be fitted, and the groups of moduli at their ratios, by path."""
+    listed = [Place(each.path, each.value, each.number, each.owner) for each in parameters(medium, indenter)]
+    if not (medium.single or medium.pair):
+        listed = [each for each in listed if each.path.startswith("indenter.")]
+    known = groups(medium) if medium.single or medium.pair else []
+    places = sorted([*listed, *(each.place for each in known)], key=lambda each: each.path.startswith("indenter."))
+    found = Numbers({each.path: each for each in places})
+    found.members = {each.place.path: each.members for each in known}
+    return found
+
+
+def check_names(names: Iterable[str], numbers: Numbers, advice: Callable[[str], str] = lambda name: "") -> None:
+    """Refuse names that are no numbers of a case, and a group of moduli beside one of them."""
+    names = tuple(names)
+    for name in names:
+        if name not in numbers:
+            known = ", ".join(numbers)
+            raise ValueError(f"free parameter {shown(name)} is not part of this case; it has {known}.{advice(name)}")
+    for group in names:
+        if inside := [name for name in numbers.members.get(group, ()) if name in names]:
+            raise ValueError(
+                f"free parameters {group} and {inside[0]} exclude each other: the first is all moduli of the material at "
+                "their ratios. Fit it, or the moduli one by one."
+            )
+
+
+def smooth(number: Place) -> bool:
+    """Whether a force is smooth in a number that is no group, at all values that its declaration allows."""
+    owner = number.owner
+    if not isinstance(owner, Material) or owner.varies or owner.power_law:
+        return isinstance(owner, Interface)
+    return not owner.anisotropic or number.number.unit == "m"
+
+
+class Scale(NamedTuple):
+    """How a number follows from its internal value x: offset + unit x, unit exp x, or arctan exp x."""
+
+    form: str
+    offset: float = 0.0
+    unit: float = 1.0
+
+    @classmethod
+    def of(cls, number: Place) -> Self:
+        """That of a declaration; numbers without a range are in units of their value."""
+        what = number.number
+        if what.positive or what.slanted:
+            return cls("logarithm" if what.positive else "slope")
+        ranged = np.isfinite([what.low, what.high]).all()
+        return cls("plain", unit=1.0 if ranged else abs(number.value) or 1.0)
+
+    def external(self, x: Any) -> Any:
+        """Values [SI]."""
+        with np.errstate(over="ignore"):
+            if self.form == "plain":
+                return self.offset + self.unit * x
+            return np.arctan(np.exp(x)) if self.form == "slope" else self.unit * np.exp(x)
+
+    def slope(self, x: Any) -> Any:
+        """Derivative of the values by x."""
+        if self.form == "plain":
+            return self.unit * np.ones_like(x)
+        return 1 / (2 * np.cosh(x)) if self.form == "slope" else self.unit * np.exp(x)
+
+    def internal(self, value: float) -> float:
+        """Internal value, clipped to what has one."""
+        if self.form == "plain":
+            return (value - self.offset) / self.unit
+        return float(np.log(np.tan(value) if self.form == "slope" else max(value, TINY) / self.unit))
+
+
+def ends(number: Place) -> tuple[float, float]:
+    """Internal values at the ends of the range of a number, a little inside; infinite where there is none."""
+    what, scale = number.number, Scale.of(number)
+    if scale.form == "slope":
+        return -np.inf, np.inf
+    edge = _EDGE * (what.high - what.low) if np.isfinite([what.low, what.high]).all() else 0.0
+    low = max(what.least, what.above + edge)
+    return scale.internal(low) if low > 0 or scale.form == "plain" else -np.inf, scale.internal(
+        min(what.most, what.below - edge)
+    )
 
 
 @readable

@@ -16,13 +16,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from flatpunch._support.declared import Place, numbers_of
-from flatpunch.fits.parameters.numbers import Numbers, Scale, numbers_in, smooth
+from flatpunch._support.declared import Number, Place, numbers_of
+from flatpunch.fits.parameters.sample import Numbers, Scale, numbers_in, smooth
 from flatpunch.indenters import Cone, Paraboloid, Pyramid
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, paths
 
-MODULUS_STEP, LENGTH_STEP, POISSON_STEP = 0.25, 0.125, 0.01
+MODULUS_STEP, POISSON_STEP = 0.25, 0.01
+LENGTH_STEP = MODULUS_STEP / 2
 """Knot spacing of the logarithms of ratios and of Poisson ratios; six knots at a time leave about 1e-7 in force."""
 _NEAR = 0.05
 """Largest change of the internal value of an untabulated number for which its derivatives are used again."""
@@ -174,8 +175,7 @@ def scaling(
     # springs scale like a modulus over a length
     stiff = {**({modulus: 1.0} if modulus else {}), **({length: -1.0} if length else {})}
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
-    # knot of the Poisson ratio -0.99, below which no isotropic body is stable
-    coordinates += [Coordinate(name, {name: 1.0}, POISSON_STEP, 0.5, 0, -149) for name in ratios]
+    coordinates += [_poisson(name, numbers[name].number) for name in ratios]
     coordinates += [
         Coordinate(name, {name: 1.0, **{u: -f for u, f in stiff.items()}}, MODULUS_STEP) for name in springs
     ]
@@ -205,6 +205,12 @@ def _only_number(numbers: Mapping[str, Place], indenter: Indenter) -> str | None
 def _in_proportion(indenter: Indenter) -> bool:
     """Whether heights are in proportion to the curvature or the slope that is the tip's number."""
     return isinstance(indenter, (Paraboloid, Cone, Pyramid))
+
+
+def _poisson(name: str, number: Number) -> Coordinate:
+    """A Poisson ratio between knots at its upper end and one above its lower, at which no isotropic body is stable."""
+    lowest = 1 - round((number.high - number.low) / POISSON_STEP)
+    return Coordinate(name, {name: 1.0}, POISSON_STEP, number.high, 0, lowest)
 
 
 def _unit(names: Sequence[str], free: Sequence[str]) -> str | None:

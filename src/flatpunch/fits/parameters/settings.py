@@ -12,16 +12,15 @@ from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, method_of
 from flatpunch.contact.physics import Physics, PhysicsOf
 from flatpunch.fits.measured.orientation import Direction
-from flatpunch.fits.measured.signal import Adhesion
-from flatpunch.fits.parameters.numbers import NUISANCE
+from flatpunch.fits.parameters.sample import NUISANCE
 
 Loss = Literal["linear", "soft_l1", "huber", "cauchy"]
 Baseline = Literal["auto", "constant", "linear", "none"]
+Adhesion = Literal["refuse", "above", "ignore"]
+"""What to do about a dip of the force below its background: refuse the curve, leave the dip out, or fit it."""
 Segment = Literal["auto", "approach", "retract", "both"]
 FitMethod = Literal["auto"] | MethodName | Method
 """A contact method, its short name, or the choice of one."""
-"""Laws of the correction for large strains."""
-
 
 Contact = Literal["free"] | float | tuple[float | None, float | None]
 """Contact point: fitted, known [m], or its limits."""

@@ -20,7 +20,7 @@ from flatpunch.fits.least_squares.minimum import (
 )
 from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.signal import converter_step, independent
-from flatpunch.fits.parameters.numbers import NUISANCE
+from flatpunch.fits.parameters.sample import NUISANCE
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Unknowns
 from flatpunch.fits.report.findings import about_contact, tilt_note
@@ -63,7 +63,6 @@ def about_curve(result: FitResult, shared: Sequence[str] = ()) -> tuple[str, ...
 
 
 def _estimated(problem: Problem, found: Minimum, spread: Array, level: float) -> dict[str, Estimate]:
-    """Values with standard errors and intervals, SI; intervals are symmetric in the internal parameters."""
     reach = half_width(level, max(found.residual.size - found.x.size, 1)) * np.sqrt(np.diag(spread))
     (lower, upper), estimates = problem.bounds, {}
     for j, (name, scale) in enumerate(problem.scales.items()):
@@ -97,7 +96,7 @@ def _rounding(problem: Problem, found: Minimum, i: int) -> Array:
         return none
     # readings that alternate between two levels have up to q^2/4 without showing s
     s = max(float(np.var(objective.force[free])) - step**2 / 4, 0.0)
-    j = np.arange(1, 6)
+    j = np.arange(1, 100)
     variance = float(np.sum((step / (np.pi * j)) ** 2 / 2 * np.exp(-((2 * np.pi * j / step) ** 2) * s)))
     pushed = np.zeros(found.x.size)
     pushed[place] = objective.evaluate(own)[1][:, free].sum(axis=1) / (objective.frame.span * problem.noise[i] ** 2)
@@ -186,7 +185,6 @@ def _other_backgrounds(problem: Problem, found: Minimum) -> Array:
 
 
 def _with_tilt(objective: Unknowns) -> Unknowns:
-    """The problem with a tilt of the baseline beside its other unknowns."""
     names = tuple(n for n in NUISANCE if n in objective.names or n == "tilt")
     return replace(objective, nuisance=names, _before={})
 

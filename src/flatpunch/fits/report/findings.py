@@ -11,11 +11,11 @@ from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.prefixes import text
 from flatpunch.contact.curve import percent
 from flatpunch.contact.limits import deepest as base_depth
-from flatpunch.fits.measured.signal import CLEAR, converter_step, noise_of, spread_of
+from flatpunch.fits.measured.calibration import PRINTED
+from flatpunch.fits.measured.signal import CLEAR, converter_step, spread_of, white_noise
 from flatpunch.fits.report.fitted import Fitted
 from flatpunch.fits.report.likelihood import tilt_or_contact
-from flatpunch.fits.report.quantities import label, unit_of
-from flatpunch.fits.report.table import Estimate, rows_of
+from flatpunch.fits.report.table import Estimate, label, rows_of, unit_of
 from flatpunch.indenters import Paraboloid
 from flatpunch.indenters.profile import Indenter
 
@@ -44,7 +44,7 @@ def doubts(result: Fitted) -> tuple[str, ...]:
     free = result.residual[result.used & (result.depth < 0)]
     inside = result.residual[result.used & (result.depth >= 0)]
     if free.size > FEW and inside.size:
-        noise = noise_of(np.diff(free), converter_step(result.curve.force)) / np.sqrt(2)
+        noise = white_noise(free, converter_step(result.curve.force))
         misfit = np.sqrt(np.mean(inside**2))
         if misfit > TIMES * noise > 0 and np.abs(inside).max() > 0.1 * np.ptp(result.curve.force):
             found.append(f"the residuals are {misfit / noise:.0f} times the noise")
@@ -83,7 +83,7 @@ def about_contact(result: Fitted) -> tuple[str, ...]:
 
 def _spacing(depth: Array) -> float:
     """Usual distance of neighbouring readings, and a little for its rounding [m]."""
-    return 1.01 * float(np.median(np.abs(np.diff(depth))))
+    return (1 + PRINTED) * float(np.median(np.abs(np.diff(depth))))
 
 
 def combinations(names: Sequence[str], undetermined: Array) -> list[list[str]]:

@@ -15,7 +15,7 @@ from flatpunch.fits.least_squares.minimum import Minimum, noise_variance
 from flatpunch.fits.least_squares.problem import Problem
 from flatpunch.fits.measured.curve import Curve, read_lines
 from flatpunch.fits.measured.signal import independent, memory_of
-from flatpunch.fits.parameters.numbers import OF
+from flatpunch.fits.parameters.sample import OF
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.report.table import Estimate, correlation_of
 from flatpunch.indenters.profile import Indenter

@@ -14,7 +14,7 @@ import numpy as np
 
 from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch._support.readable import readable
-from flatpunch.fits.least_squares.minimum import minimise
+from flatpunch.fits.least_squares.minimum import ROUGH, minimise
 from flatpunch.fits.least_squares.problem import Problem
 from flatpunch.fits.report.fitted import Fitted
 from flatpunch.fits.report.table import Estimate, half_width
@@ -22,13 +22,16 @@ from flatpunch.fits.report.table import Estimate, half_width
 _FAR = 3.0
 """Where there is no end in sight, a factor 20 of a logarithmic parameter is shown."""
 
+_BEYOND, _INSIDE = 1.2, 0.1
+"""Least factor by which a search for an end goes on, as a picture does; least share of the way that a secant takes."""
+
 _NARROW = 0.03
 """Standard error of an internal parameter (relative, for logarithms) above which intervals come from the profile."""
 
 _OF_NOBODY = 12.0
 """Distance of a limit, in the internal parameter, beyond which nobody set it: it ends no interval."""
 
-_PLACES = (0.0, -0.3, -1.0, -3.0)
+_PLACES = (0.0, -1.0, -3.0)
 """Contact points that are descended from where nothing shows the tilt, in ranges of the data from their first reading."""
 
 
@@ -78,7 +81,7 @@ def profile(result: Fitted, name: str, level: float | None, points: int) -> Prof
     ends = held.ends(half_width(level or result.settings.level, result.freedom))
     best = held.best
     reach = [e if np.isfinite(e) else best + side * _FAR for e, side in zip(ends, (-1, 1), strict=True)]
-    x = best + 1.2 * np.linspace(reach[0] - best, reach[1] - best, points)
+    x = best + _BEYOND * np.linspace(reach[0] - best, reach[1] - best, points)
     x = np.unique(np.clip(x, held.limits[0], held.limits[1]))
     roots, valley = [], []
     for value in x:
@@ -160,12 +163,11 @@ class _Held:
         self.least = float(residual @ residual)
 
     def root(self, value: float) -> float:
-        """Signed root of the growth of the sum of squares."""
         starts = [self.warm.copy(), *(x.copy() for x in self.minima)]
         for start in starts:
             start[self.j] = value
         fixed = np.arange(self.warm.size) == self.j
-        ends = [minimise(self.problem.evaluate, x, *self.problem.bounds, fixed=fixed, settled=1e-2) for x in starts]
+        ends = [minimise(self.problem.evaluate, x, *self.problem.bounds, fixed=fixed, settled=ROUGH) for x in starts]
         found = min(ends, key=lambda end: end.cost)
         self.warm = found.x
         growth = max(found.cost - self.least, 0.0) / max(self.result.variance, TINY)
@@ -199,7 +201,7 @@ class _Held:
             off = side * float(other[self.j] - best)
             if off > inner[0] and (value := abs(self.root(best + side * off))) < threshold:
                 inner = (off, value)
-        x = best + side * (inner[0] + min(step, 3.0))
+        x = best + side * (inner[0] + min(step, _FAR))
         for _ in range(30):
             x = float(np.clip(x, self.limits[0], self.limits[1]))
             value, offset = abs(self.root(x)), abs(x - best)
@@ -212,8 +214,8 @@ class _Held:
             else:
                 outer = (offset, value)
             if outer is None:
-                x = best + side * offset * min(max(threshold / max(value, 1e-9), 1.2), 3.0)
+                x = best + side * offset * min(max(threshold / max(value, 1e-9), _BEYOND), _FAR)
             else:
                 part = (threshold - inner[1]) / max(outer[1] - inner[1], ROUNDING)
-                x = best + side * (inner[0] + float(np.clip(part, 0.05, 0.95)) * (outer[0] - inner[0]))
+                x = best + side * (inner[0] + float(np.clip(part, _INSIDE, 1 - _INSIDE)) * (outer[0] - inner[0]))
         return x

@@ -28,9 +28,9 @@ from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.least_squares.objective import Objective, blocked
 from flatpunch.fits.least_squares.problem import Problem
 from flatpunch.fits.measured.signal import independent
-from flatpunch.fits.parameters.numbers import CALIBRATION, Scale
-from flatpunch.fits.parameters.priors import Prior
+from flatpunch.fits.parameters.sample import CALIBRATION, Scale
 from flatpunch.fits.parameters.unknowns import Unknowns
+from flatpunch.fits.report.posterior import Prior
 
 _NEWTON = 8
 """Newton steps at most for the force behind a cantilever."""

@@ -9,8 +9,7 @@ from flatpunch._support.checks import Array, shown
 from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable, text_of
-from flatpunch.fits.report.quantities import label, unit_of
-from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, correlation_of
+from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, correlation_of, label, unit_of
 
 WELL, POORLY = 0.1, 1.0
 """Largest relative standard error of a parameter that counts as determined, and smallest of one that does not."""
@@ -103,7 +102,6 @@ class Plan(Tabled):
         return Rows(self.text, tuple(rows), notes=self.notes)
 
     def _line_(self) -> str:
-        """The free parameters."""
         found = ", ".join(
             f"{name} {self.judgement(name)}" for name, v in zip(self.names, self.values, strict=True) if v
         )
@@ -164,11 +162,9 @@ class PlanScan:
         return text_of(self)
 
     def _line_(self) -> str:
-        """What was scanned."""
         return f"PlanScan({len(self.tips)} tips, {len(self.depths)} depths)"
 
     def _table_(self) -> Table:
-        """A row for each tip and depth."""
         width = 2 + len(self.names)
         rows = tuple((*row, *[""] * (width - len(row))) for row in self.rows())
         return Table("Relative standard errors", ("tip", "depth", *map(label, self.numbers)), rows)

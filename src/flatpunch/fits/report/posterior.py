@@ -1,23 +1,198 @@
-"""The posterior of a fit: draws of all parameters, quantiles, and how many of the draws count as independent."""
+"""Before and after a fit: priors of its parameters, and the posterior, draws of all of them with quantiles."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array, shown
+from flatpunch._support.checks import Array, BadValue, positive, real, shown
 from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch._version import __version__
-from flatpunch.fits.parameters.priors import Prior
-from flatpunch.fits.report.quantities import unit_of
-from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, csv_of, saved
+from flatpunch.fits.measured.signal import ROUNDED
+from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, csv_of, saved, unit_of
+
+
+class Prior(Protocol):
+    """What is known of one parameter, SI."""
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """Smallest and largest possible value."""
+        ...
+
+    @property
+    def centre(self) -> float:
+        """Median."""
+        ...
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation, of a lognormal prior to first order."""
+        ...
+
+    def logarithm(self, value: Array) -> Array:
+        """ln of the probability density, up to a constant."""
+        ...
+
+
+@readable
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """A value with a standard uncertainty, such as a thickness from ellipsometry.
+
+    Parameters
+    ----------
+    mean, std : float
+        Mean and standard deviation, SI.
+
+    See Also
+    --------
+    flatpunch.fits.LogNormal, flatpunch.fits.Uniform : Other priors.
+    flatpunch.fits.Posterior : What they lead to.
+
+    Examples
+    --------
+    >>> from flatpunch.fits import Normal
+    >>> Normal(1e-6, 2e-8).centre
+    1e-06
+    """
+
+    mean: float
+    std: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mean", real("Normal.mean", self.mean))
+        object.__setattr__(self, "std", positive("Normal.std", self.std))
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """Everything."""
+        return -np.inf, np.inf
+
+    @property
+    def centre(self) -> float:
+        """Median."""
+        return self.mean
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation."""
+        return self.std
+
+    def logarithm(self, value: Array) -> Array:
+        """ln of the probability density, up to a constant."""
+        return np.asarray(-0.5 * ((value - self.mean) / self.std) ** 2)
+
+
+@readable
+@dataclass(frozen=True, slots=True)
+class LogNormal:
+    """A positive value with a relative uncertainty, such as a spring constant known to 10 %.
+
+    Parameters
+    ----------
+    median : float
+        Median, SI.
+    relative : float
+        Standard deviation of the natural logarithm: 0.1 is about 10 %.
+
+    See Also
+    --------
+    flatpunch.fits.Normal, flatpunch.fits.Uniform : Other priors.
+    flatpunch.fits.Posterior : What they lead to.
+
+    Examples
+    --------
+    >>> from flatpunch.fits import LogNormal
+    >>> LogNormal(0.05, 0.1).support
+    (0.0, inf)
+    """
+
+    median: float
+    relative: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "median", positive("LogNormal.median", self.median))
+        object.__setattr__(self, "relative", positive("LogNormal.relative", self.relative))
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """All positive values."""
+        return 0.0, np.inf
+
+    @property
+    def centre(self) -> float:
+        """Median."""
+        return self.median
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation, to first order."""
+        return self.median * self.relative
+
+    def logarithm(self, value: Array) -> Array:
+        """ln of the probability density, up to a constant."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            log = np.log(value)
+            return np.where(value > 0, -0.5 * ((log - np.log(self.median)) / self.relative) ** 2 - log, -np.inf)
+
+
+@readable
+@dataclass(frozen=True, slots=True)
+class Uniform:
+    """All values between two limits, equally probable.
+
+    Parameters
+    ----------
+    low, high : float
+        Limits, SI.
+
+    See Also
+    --------
+    flatpunch.fits.Normal, flatpunch.fits.LogNormal : Other priors.
+    flatpunch.fits.Posterior : What they lead to.
+
+    Examples
+    --------
+    >>> from flatpunch.fits import Uniform
+    >>> Uniform(0.3, 0.5).centre
+    0.4
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        for name in ("low", "high"):
+            object.__setattr__(self, name, real(f"Uniform.{name}", getattr(self, name)))
+        if not self.low < self.high:
+            raise BadValue("Uniform.low", repr(self.low), f"must be below Uniform.high = {self.high!r}.")
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """The limits."""
+        return self.low, self.high
+
+    @property
+    def centre(self) -> float:
+        """Middle."""
+        return (self.low + self.high) / 2
+
+    @property
+    def spread(self) -> float:
+        """Standard deviation."""
+        return (self.high - self.low) * ROUNDED
+
+    def logarithm(self, value: Array) -> Array:
+        """ln of the probability density, up to a constant."""
+        return np.where((value >= self.low) & (value <= self.high), 0.0, -np.inf)
 
 
 @readable
@@ -105,7 +280,6 @@ class Posterior(Tabled):
         return np.atleast_2d(np.corrcoef(self.draws, rowvar=False))
 
     def _line_(self) -> str:
-        """The medians."""
         found = ", ".join(
             f"{name}={text(float(np.median(self[name])), unit_of(each))}" for name, each in self.numbers.items()
         )
@@ -159,7 +333,6 @@ class Posterior(Tabled):
 
 
 def _prior_text(prior: Prior, unit: str) -> str:
-    """A prior in words."""
     low, high = prior.support
     if np.isfinite(low) and np.isfinite(high):
         return f"{text(low, unit)} .. {text(high, unit)}"

@@ -21,14 +21,23 @@ from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable, record
 from flatpunch._version import __version__
 from flatpunch.fits.elastic.model import method_for
-from flatpunch.fits.parameters.numbers import BESIDE, PULL_OFF
-from flatpunch.fits.parameters.priors import Prior
+from flatpunch.fits.parameters.sample import BESIDE, PULL_OFF
 from flatpunch.fits.report.fitted import Fitted
 from flatpunch.fits.report.likelihood import Profile, profile
-from flatpunch.fits.report.posterior import Posterior
-from flatpunch.fits.report.quantities import unit_of
+from flatpunch.fits.report.posterior import Posterior, Prior
 from flatpunch.fits.report.sampling import draw
-from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, csv_of, half_width, rows_of, saved, units_in
+from flatpunch.fits.report.table import (
+    Estimate,
+    Row,
+    Rows,
+    Tabled,
+    csv_of,
+    half_width,
+    rows_of,
+    saved,
+    unit_of,
+    units_in,
+)
 
 
 @readable
@@ -226,7 +235,6 @@ class FitResult(Fitted, Tabled):
         return draw(self, draws, priors, seed, progress)
 
     def _about(self) -> str:
-        """Points, depth and noise of the curve."""
         deepest, noise = text(float(self.depth.max()), "m"), text(self.noise, "N")
         return f"{self.curve.name}: {int(self.used.sum())} points, deepest {deepest}, noise {noise}"
 
@@ -250,7 +258,6 @@ class FitResult(Fitted, Tabled):
         return "\n".join(lines)
 
     def _line_(self) -> str:
-        """The fitted values of the case."""
         numbers = self.problem.numbers
         found = ", ".join(f"{n}={text(self[n], unit_of(numbers[n]))}" for n in self.shared) or "nothing fitted"
         if self.parts:
@@ -319,7 +326,6 @@ class FitResult(Fitted, Tabled):
 
 
 def _sample(result: Fitted) -> dict[str, str | float]:
-    """Sample and method of a curve as attributes of a file."""
     model = result.objective.model
     sample = model.sample.replaced(result.values)
     method = method_for(sample.indenter, model.method)

@@ -11,12 +11,11 @@ from flatpunch._support.checks import Array, BadValue, shown, whole
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.fits.least_squares.problem import Problem
-from flatpunch.fits.parameters.numbers import BESIDE, CALIBRATION, Scale
-from flatpunch.fits.parameters.priors import LogNormal, Normal, Prior, Uniform
+from flatpunch.fits.parameters.sample import BESIDE, CALIBRATION, Scale
 from flatpunch.fits.report.findings import correlated
 from flatpunch.fits.report.fitted import Fitted
 from flatpunch.fits.report.log_posterior import LogPosterior, at_once, parts_of
-from flatpunch.fits.report.posterior import Posterior
+from flatpunch.fits.report.posterior import LogNormal, Normal, Posterior, Prior, Uniform
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,7 +172,6 @@ def _extended(problem: Problem, x: Array, given: Mapping[str, Prior]) -> tuple[P
 
 
 def _supported(density: LogPosterior) -> LogPosterior:
-    """The density with limits where the priors end."""
     lower, upper = density.lower.copy(), density.upper.copy()
     for name, prior in density.priors.items():
         j, scale = density.names.index(name), density.scales[name]
@@ -200,15 +198,14 @@ class _Found:
 
 
 def _sampled(density: LogPosterior, state: Array, draws: int, rng: np.random.Generator, report: Report) -> _Found:
-    """Run the chains until they are long enough."""
     import emcee
 
     chains = _CHAINS
     walkers, count = state.shape
     # not emcee's DESnookerMove, whose draws are too narrow: 0.85 of the standard deviation of a normal density of four parameters
-    moves = [(emcee.moves.DEMove(), 0.5), (emcee.moves.KDEMove(), 0.3), (emcee.moves.StretchMove(), 0.2)]
+    moves = [emcee.moves.DEMove(), emcee.moves.KDEMove(), emcee.moves.StretchMove()]
     sampler = emcee.EnsembleSampler(walkers, count, density, vectorize=True, moves=moves)
-    sampler.random_state = np.random.RandomState(rng.integers(2**31)).get_state()
+    sampler.random_state = np.random.RandomState(rng.integers(np.iinfo(np.int32).max)).get_state()
     length = min(chains.length, max(chains.shortest, draws / walkers))
     steps, needed, notes = 0, np.inf, []
     while steps < min(needed, chains.longest):
@@ -238,7 +235,7 @@ def _sampled(density: LogPosterior, state: Array, draws: int, rng: np.random.Gen
 def _starts(density: LogPosterior, middle: Array, root: Array, rng: np.random.Generator) -> Array:
     """Positions of the walkers, normal about the middle; those beyond a limit are put anywhere before it."""
     fast = all(part.fast for part in density.parts)
-    walkers = max(_CHAINS.walkers, 4 * middle.size) if fast else 5 * middle.size
+    walkers = max(_CHAINS.walkers * fast, 4 * middle.size)
     # limits that nobody set are far away
     low, high = np.maximum(density.lower, middle - _FAR), np.minimum(density.upper, middle + _FAR)
     middle = np.clip(middle, low + 1e-3 * (high - low), high - 1e-3 * (high - low))
@@ -258,7 +255,6 @@ def _alike(density: LogPosterior, sampled: LogPosterior, positions: Array) -> bo
 
 
 def _notes(result: Fitted, density: LogPosterior, positions: Array, values: Array) -> list[str]:
-    """What the numbers do not say by themselves."""
     notes = list(correlated(result.memory, result.minimum.residual.size))
     spread, (low, high) = np.std(values, axis=0), np.quantile(positions, [_TAIL / 2, 1 - _TAIL / 2], axis=0)
     near = _TAIL * (high - low)

@@ -15,7 +15,7 @@ import scipy
 
 from flatpunch._support.checks import Array, Flags, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.compliances.power_law_depth import power_law_waves
+from flatpunch.compliances.power_law import power_law_waves
 from flatpunch.compliances.stack import interfaces
 from flatpunch.media import Stack
 from flatpunch.numerics.gauss import gauss

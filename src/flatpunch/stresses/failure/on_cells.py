@@ -12,7 +12,7 @@ import numpy as np
 from flatpunch import bem
 from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliances import Kernel
-from flatpunch.contact import ellipse
+from flatpunch.contact import exact
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
@@ -81,10 +81,10 @@ class CellSearch:
 
     def _ellipse(self, size: float) -> Curve | None:
         """The contact in closed form, with its half-axes along x and y; None where it has none."""
-        if not ellipse.applies(self.kernel, self.indenter):
+        if not exact.has_ellipse(self.kernel, self.indenter):
             return None
         control = Control("depth", self._depth(size))
-        return ellipse.solve(self.kernel, self.indenter, control, np.array([0.0, np.pi / 2]))
+        return exact.solve_ellipse(self.kernel, self.indenter, control, np.array([0.0, np.pi / 2]))
 
     def _ends(self, judged: Judged, size: float) -> list[Event] | None:
         """Largest stresses over strength at the ends of the contact ellipse, where a half-space has its largest tension.

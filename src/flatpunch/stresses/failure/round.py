@@ -11,7 +11,7 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.curve import Control
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.exact import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile, resolved_radius
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters._common import SCATTERED

@@ -147,7 +147,7 @@ def check_sizes(path: Path) -> None:
         If a size is negative, or all of them together are more than there is.
     """
     with path.open("rb") as file:
-        start = file.read(64)
+        start = file.read(max(struct.calcsize(f"<{fields}") for fields, *_ in _HEADERS.values()))
     length = path.stat().st_size
     # the version is a small number: its first byte is zero where the larger byte comes first
     order = ">" if start[:1] == b"\0" else "<"

@@ -37,7 +37,7 @@ from flatpunch.fits.measured.columns import (
 )
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.files.afm import MEASURED, AfmTables, UnknownFormat, nanosurf_tables
-from flatpunch.fits.measured.files.contents import excel_tables, text_tables, unpacked
+from flatpunch.fits.measured.files.contents import LARGEST, excel_tables, text_tables, unpacked
 from flatpunch.fits.measured.records import begins_free, curves_among, in_time, tests_in
 
 TEXT, EXCEL, AFM = (tuple(WORDS["files"][kind]) for kind in ("text", "excel", "afm"))
@@ -48,7 +48,7 @@ CONSTANTS = {"spring constant": "spring_constant", "sensitivity": "sensitivity"}
 UNTITLED = ("column 0", "column 1", "column 2")
 CLIPPED = 0.1
 """Share of readings at the very least depth above which the depth was not measured before the contact."""
-KEPT = 20_000_000
+KEPT = LARGEST // 10
 """Largest file whose tables are kept for its next curve [bytes]; they take about ten times as much memory."""
 
 

@@ -1,18 +1,18 @@
-"""Speed of the cantilever's base, and whether a curve shows the drag of the liquid, a force in proportion to it."""
+"""Speed of the cantilever's base, and the drag of the liquid in proportion to it: whether curves show it, and how large it is."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import TINY, Array
+from flatpunch._support.checks import TINY, Array, Flags, Indices
 from flatpunch._support.prefixes import text
-from flatpunch.fits.measured.curve import Curve, CurveError
-from flatpunch.fits.measured.orientation import pieces
-from flatpunch.fits.measured.signal import CLEAR, EXACT, wander
+from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
+from flatpunch.fits.measured.orientation import Approach, pieces
+from flatpunch.fits.measured.signal import CLEAR, EXACT, wander, white_noise
 from flatpunch.fits.parameters.settings import Settings
 
 
@@ -47,8 +47,9 @@ def _window(position: Array, time: Array) -> tuple[int, float]:
     noise = float(np.hypot(wander(position) / way, wander(time) / step))
     most = min(2 * max(time.size // 10, 2) + 1, time.size - 1 + time.size % 2)
     # slopes of parabolas have the variance 12/(w (w^2 - 1)) of the readings; 1 % of the speed adds 1 % of the drag to the noise
-    width = int(np.clip(2 * np.ceil((12 * (noise / 0.01) ** 2) ** (1 / 3) / 2) + 1, 3, most))
-    return width, float(np.sqrt(12 / (width * (width**2 - 1)))) * noise * way / step
+    square = 12 * noise**2
+    width = int(np.clip(2 * np.ceil((square / 0.01**2) ** (1 / 3) / 2) + 1, 3, most))
+    return width, float(np.sqrt(square / (width * (width**2 - 1)))) * way / step
 
 
 def before_turn(curve: Curve, settings: Settings) -> Curve:
@@ -119,3 +120,54 @@ def with_speed(curve: Curve, settings: Settings) -> tuple[Curve, Array | None]:
     if settings.drag == "free" and not shows_drag([curve], settings):
         raise no_drag(curve, settings, "")
     return replace(curve, meta={**curve.meta, "speed": speed}), speed
+
+
+@dataclass(frozen=True, eq=False)
+class FreeOfContact:
+    """Points of a retraction without contact, and the drag that they show beside the approach.
+
+    Attributes
+    ----------
+    points : ndarray of int
+        Indices into the cycle.
+    speed : ndarray
+        Of the approach and of these points [m/s].
+    level, drag : float
+        Baseline [N] and drag [N s/m] through all that is free of contact.
+    """
+
+    points: Indices
+    speed: tuple[Array, Array]
+    level: float
+    drag: float
+
+
+def free_of_contact(
+    cycle: Approach, part: Curve, before: Flags, background: Callable[[Curve], Array], settings: Settings
+) -> FreeOfContact | None:
+    """What the parts of approach and retraction without contact show of a drag that is free; None if they do not.
+
+    `part` is the approach in `cycle`, `before` marks its readings without contact; the retraction has none as far out as these,
+    unless the tip still sticks there, which bends the force. `background` gives its force at a curve's positions, without level
+    and drag [N].
+    """
+    curve, begin = cycle.cycle, cycle.leaves - cycle.begin
+    if before.sum() < FEWEST or curve.depth.size - begin < FEWEST:
+        return None
+    out = curve.position[begin:] <= float(part.position[before].max())
+    found = np.arange(begin + int(np.argmax(out)), curve.depth.size) if out.any() else np.zeros(0, dtype=np.intp)
+    if found.size < FEWEST:
+        return None
+    back, here = curve.taken(found), part.taken(before)
+    left = [c.force - np.polynomial.Polynomial.fit(c.position, c.force, 1)(c.position) for c in (here, back)]
+    # rounding of clean data bends it by 1e-9
+    least = EXACT * float(np.ptp(part.force)) + white_noise(here.force, 0.0)
+    if not np.std(left[1]) < 2 * max(float(np.std(left[0])), least) or not shows_drag([here, back], settings):
+        return None
+    speeds = [speed_of(c, settings) for c in (part, back)]
+    assert speeds[0] is not None
+    assert speeds[1] is not None
+    over = np.concatenate([c.force - background(c) for c in (here, back)])
+    moving = np.concatenate([speeds[0][before], speeds[1]])
+    level, drag = np.linalg.lstsq(np.array([np.ones(moving.size), moving]).T, over, rcond=None)[0]
+    return FreeOfContact(found, (speeds[0], speeds[1]), float(level), float(drag))

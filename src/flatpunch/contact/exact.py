@@ -1,4 +1,6 @@
-"""Elliptic paraboloids on half-spaces and power-law half-spaces: exact.
+"""Contacts with closed solutions besides round tips: flat ends of cylinders, and elliptic paraboloids on half-spaces.
+
+Under a flat end F = K d on every medium.
 
 Under f = A x^2 + B y^2 the contact is an ellipse with half-axes a and b and the pressure p_0 (1 - x^2/a^2 - y^2/b^2)^((1+e)/2), e
 the exponent of the modulus, E ~ z^e (e = 0: Hertz 1882). The transform of that pressure is a function of k sigma(psi) alone,
@@ -20,11 +22,54 @@ import scipy
 
 from flatpunch._support.checks import Array
 from flatpunch.compliances import Kernel
-from flatpunch.contact.curve import Control, Curve, Extra
-from flatpunch.contact.pressure_field import PressureField
-from flatpunch.contact.round.cylinder import punch_stiffness
+from flatpunch.contact.curve import Control, Curve, Extra, PressureField, first_failure
+from flatpunch.contact.round.superposition import flat_pressure
 from flatpunch.indenters import EllipticParaboloid
 from flatpunch.indenters.profile import Indenter
+from flatpunch.punch.family import punch_family
+
+
+def solve_flat_end(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+    """Force and depth in proportion, F = K d."""
+    a = np.full_like(control.values, indenter.reach)
+    stiffness = punch_stiffness(kernel, a)
+    depth = _flat_end_depth(control, stiffness)
+    valid = np.ones(a.size, dtype=bool)
+    if punch_family(kernel).lowest_pressure(a[:1] / kernel.length) < 0:
+        valid[:] = depth <= 0
+    return Curve(
+        depth=depth,
+        force=stiffness * depth,
+        radius=a,
+        area=np.pi * a**2,
+        stiffness=stiffness,
+        contour=np.repeat(a[:, None], phi.size, axis=1),
+        valid=valid,
+        notes=first_failure(
+            ~valid, depth, "the pressure under the flat end is negative in part, so it lifts off there."
+        ),
+    )
+
+
+def flat_end_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array) -> tuple[Array, Array]:
+    """Pressure of the flat punch at distances r, and its error, shape (n,) each [Pa]."""
+    a = np.full(1, indenter.reach)
+    depth = float(_flat_end_depth(control, punch_stiffness(kernel, a))[0])
+    return flat_pressure(kernel, indenter.reach, depth, r)
+
+
+def punch_stiffness(kernel: Kernel, radius: Array) -> Array:
+    """K = 2 E* a Kbar at radii of shape (n,) [N/m]."""
+    return np.asarray(2 * np.pi * kernel.modulus * radius * punch_family(kernel).at(radius / kernel.length).flat[:, 0])
+
+
+def _flat_end_depth(control: Control, stiffness: Array) -> Array:
+    if control.name == "radius":
+        raise ValueError(
+            "radius cannot control a cylinder with a flat end: its contact radius never changes. Give depth or force."
+        )
+    return control.values if control.name == "depth" else control.values / stiffness
+
 
 _STEP = 0.25
 """Step of the trapezoidal rule in y: the error is exp(-pi^2/step), 1e-17; half doubles the time, twice leaves 3e-9."""
@@ -71,16 +116,16 @@ class Ellipse:
         return float(2 / np.pi * self.short * scipy.special.ellipkm1((self.short / self.long) ** 2))
 
 
-def applies(kernel: Kernel, indenter: Indenter) -> bool:
+def has_ellipse(kernel: Kernel, indenter: Indenter) -> bool:
     """Whether tip and body have this solution."""
     return isinstance(indenter, EllipticParaboloid) and (kernel.homogeneous or kernel.exponent != 0)
 
 
-def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
+def solve_ellipse(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Curve:
     """Solve a whole curve, with the outline at polar angles phi, shape (p,)."""
     unit = _unit(kernel, indenter)
     e = unit.exponent
-    depth = _depth(unit, control)
+    depth = _ellipse_depth(unit, control)
     # a ~ d^(1/2), K ~ a^(1 + e)
     grown = np.sqrt(depth)
     stiffness = unit.stiffness * grown ** (1 + e)
@@ -101,10 +146,10 @@ def solve(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> C
     )
 
 
-def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
+def ellipse_pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi: Array) -> PressureField:
     """Pressure at polar coordinates, shape (n,) each, of the one contact that `control` prescribes."""
     unit = _unit(kernel, indenter)
-    (depth,) = _depth(unit, control)
+    (depth,) = _ellipse_depth(unit, control)
     if depth == 0:
         return PressureField(np.zeros_like(r), np.zeros_like(r))
     e, grown = unit.exponent, float(np.sqrt(depth))
@@ -115,7 +160,7 @@ def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, phi
     return PressureField(field, max(unit.error, np.finfo(float).eps) * field)
 
 
-def _depth(unit: Ellipse, control: Control) -> Array:
+def _ellipse_depth(unit: Ellipse, control: Control) -> Array:
     """Depths of the prescribed steps [m]."""
     e = unit.exponent
     if control.name == "radius":

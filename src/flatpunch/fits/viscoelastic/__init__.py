@@ -1,1 +1,0 @@
-"""Relaxing models of measured curves."""
