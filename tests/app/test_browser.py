@@ -19,12 +19,10 @@ from flatpunch.app.server import AppServer
 from flatpunch.files import shipped_cases
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-BROWSER = next((path for name in BROWSERS if (path := shutil.which(name))), None)
+BROWSER = next(filter(None, map(shutil.which, BROWSERS)), None)
 SCREENSHOTS = os.environ.get("FLATPUNCH_SCREENSHOTS")
 FILM = next(path for path in shipped_cases() if path.stem == "elliptic_tip_on_carbon_film")
-SECONDS = 180_000
-"""Time that a result may take on a busy machine [ms]."""
-
+SECONDS = 180_000  # that a result may take on a busy machine [ms]
 if BROWSER is None:
     pytest.skip(f"needs a browser: none of {', '.join(BROWSERS)} was found", allow_module_level=True)
 api = pytest.importorskip("playwright.sync_api", reason="needs Playwright: pip install playwright")

@@ -45,14 +45,10 @@ FILES = {
     "joint.toml": FITTED + '[[curves]]\nfile = "curve.csv"\n[[curves]]\nfile = "other.csv"\n',
     "film.toml": FITTED + "[film]\narea_coefficients = [24.5, 180.0]\n",
 }
-
 # how each command is called, and the files that it reads; "name.table" stands for a file of the table of the atlas
 CALLS = {
-    "solve": [(["solve.toml"], ["solve.toml", "tip.csv"])],
-    "show-tip": [(["solve.toml"], ["solve.toml", "tip.csv"])],
-    "show-medium": [(["solve.toml"], ["solve.toml", "tip.csv"])],
+    **{name: [(["solve.toml"], ["solve.toml", "tip.csv"])] for name in ("solve", "show-tip", "show-medium", "stress")},
     "sweep": [(["solve.toml", "--vary", "layers.0.young=1kPa,2kPa"], ["solve.toml", "tip.csv"])],
-    "stress": [(["solve.toml"], ["solve.toml", "tip.csv"])],
     "rough": [(["rough.toml"], ["rough.toml", "scan.npz"])],
     "design": [(["design.toml"], ["design.toml", "tip.csv"])],
     "compare": [(["ball.toml"], ["ball.toml"])],

@@ -18,6 +18,8 @@ def pinned(medium, tip, work, deepest, *, noise=0.01, seed=1, points=400):
     line = top + (depth - deepest) * (top - np.interp(radius, sticking.radius, sticking.force)) / (deepest - opening)
     retract = np.where(depth > opening, line, sticking.force)
     way = np.linspace(-deepest, deepest, points)
-    load = np.concatenate([np.interp(way, plain, approach.force, left=0.0), np.interp(way, depth, retract, left=0.0)[::-1]])
+    load = np.concatenate(
+        [np.interp(way, plain, approach.force, left=0.0), np.interp(way, depth, retract, left=0.0)[::-1]]
+    )
     load = load + noise * top * np.random.default_rng(seed).normal(size=load.size)
     return Curve(np.concatenate([way, way[::-1]]), load, name=f"pinned-{seed}")

@@ -35,8 +35,6 @@ _NOT_COUNTED = (type, types.ModuleType, types.BuiltinFunctionType, types.CodeTyp
 
 
 class _Entry:
-    """One kept result."""
-
     __slots__ = ("home", "key", "used", "value")
 
     def __init__(self, home: dict[Hashable, _Entry], key: Hashable, value: object) -> None:

@@ -74,6 +74,9 @@ def _key(path: Path) -> _Key | None:
     return None
 
 
+RESULT = 4_000_000_000
+"""Largest file of this package's own results, finished points and tables that is read [bytes]."""
+
 UNPACKED = 250_000_000
 """Largest size of all files of an archive together, and of one file of a map [bytes]; text takes 15 times as much memory."""
 

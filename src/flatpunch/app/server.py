@@ -78,8 +78,6 @@ class AppServer(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """One connection."""
-
     protocol_version = "HTTP/1.1"
     timeout = LIMITS.silent
     server: AppServer
@@ -165,7 +163,6 @@ class _Handler(BaseHTTPRequestHandler):
         """Write no log."""
 
     def version_string(self) -> str:
-        """Return the name of the server."""
         return "flatpunch"
 
 

@@ -108,7 +108,7 @@ class Workers:
         One process is always left for calls that are not `long`, more than a second; `keep` gets the outcome before anybody
         hears of it.
         """
-        job = Job(secrets.token_urlsafe(16), (function, arguments), long, keep=keep)
+        job = Job(secrets.token_urlsafe(), (function, arguments), long, keep=keep)
         job.stop = lambda: self._stop(job)
         with self._changed:
             self._jobs[job.key] = job

@@ -17,7 +17,7 @@ import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array, Indices, one_of, shown
-from flatpunch._support.reading import Unreadable, content, is_file, is_folder, shown_path
+from flatpunch._support.reading import RESULT, Unreadable, content, is_file, is_folder, shown_path
 from flatpunch._support.whole_file import BrokenSeal, unsealed
 from flatpunch.atlas.panel import Panel, Parameter, PowerLawPanel, Scale, SparseSeries
 from flatpunch.atlas.tables import Outside, Solution, Table
@@ -26,9 +26,6 @@ from flatpunch.compliances.layered import constants_of
 from flatpunch.media import Body, ExponentialModulus, GradedLayer, LinearModulus, Material, TabulatedMedium
 from flatpunch.media.material import young_and_poisson
 from flatpunch.punch.matrix import solve_round, sufficient_terms
-
-LARGEST = 1_000_000_000
-"""Largest file of a table that is read [bytes]."""
 
 SCHEMA = 1
 """Version of the layout; files of a later one are refused."""
@@ -161,7 +158,7 @@ def read_table(path: str | Path) -> Table:
             f"{shown_path(path)}: there is no such file. scripts/atlas_tables of the repository makes tables."
         )
     try:
-        body, has_seal = unsealed(content(path, LARGEST))
+        body, has_seal = unsealed(content(path, RESULT))
         if not has_seal:
             # HDF5 may return other numbers for damaged bytes, or never return
             raise BrokenSeal(

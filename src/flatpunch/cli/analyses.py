@@ -233,7 +233,6 @@ def _print_design(title: str, found: Design) -> None:
 
 
 def _written(value: float, unit: str) -> str:
-    """A number with a readable unit; angles in degrees."""
     from flatpunch.files.units import text
 
     if unit == "rad":

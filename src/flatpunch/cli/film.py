@@ -42,29 +42,25 @@ def fit_film(
     depth_max.
     """
     check_order(curve, case)
-    _fit_film(curve, case, output, plot, style)
-
-
-def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.fits.case import read_fit_case
-    from flatpunch.fits.films.film import fit_film
+    from flatpunch.fits.films.film import fit_film as fit_film_to
     from flatpunch.fits.films.unloading import film_curves, film_tip
     from flatpunch.fits.measured.curve import CurveError
 
     loaded = read_fit_case(case)
     film = dict(loaded.film)
-    tip = film_tip(path, film)
+    tip = film_tip(curve, film)
     beside = [name for name in ("frame", "imprint") if film.get(f"fit_{name}")]
     names = [*(loaded.free or ()), *beside] or None
-    curves = film_curves(path, loaded.reading)
+    curves = film_curves(curve, loaded.reading)
     tables, pictures = (_numbered(*given, len(curves)) for given in (("--output", output), ("--plot", plot)))
     wanted: list[tuple[Path | None, Callable[[Path], object]]] = []
     failed = []
     try:
-        for curve, table, picture in zip(curves, tables, pictures, strict=True):
+        for test, table, picture in zip(curves, tables, pictures, strict=True):
             try:
-                result = fit_film(
-                    curve,
+                result = fit_film_to(
+                    test,
                     loaded.medium,
                     tip,
                     names,
@@ -78,7 +74,7 @@ def _fit_film(path: Path, case: Path, output: Path | None, plot: Path | None, st
                 if len(failed) == len(curves):
                     raise
                 continue
-            for line in curve.meta.get("read", ()):
+            for line in test.meta.get("read", ()):
                 say(f"Read {line}")
             say(str(result))
             wanted += [
@@ -102,7 +98,6 @@ def _numbered(option: str, path: Path | None, count: int) -> list[Path | None]:
 
 
 def _film_table(result: FilmResult, path: Path) -> None:
-    """Write the points of a film."""
     from flatpunch._support.whole_file import write_whole
     from flatpunch.fits.report.table import csv_of
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -160,6 +161,20 @@ def _fit_together(
     own = {name: case.free[name] for name in case.own}
     settings = {name: value for name, value in case.arguments.items() if name != "quick"}
     result = fit_together(read_measured(case), case.medium, case.indenter, shared, own, **settings)
+    _finish(result, case, output, plot, profile, posterior, style)
+
+
+def _finish(
+    result: FitResult,
+    case: FitCase,
+    output: Path | None,
+    plot: Path | None,
+    profile: bool,
+    posterior: Path | None,
+    style: str,
+    *more: tuple[Path | None, Callable[[Path], object]],
+) -> None:
+    """Print a fit and write what was asked for."""
     say(result.summary())
     if profile:
         _say_profiles(result)
@@ -167,6 +182,7 @@ def _fit_together(
         (output, result.save),
         (plot, drawn("fits.pictures:fit_figure", result, style=style)),
         (posterior, lambda path: _posterior(result, case, path, style)),
+        *more,
         bar=False,
     )
 
@@ -230,16 +246,8 @@ def _fit_one(
 
         say("\n".join(line for line in reading_of(curve, case).lines if not line.startswith("refused")))
         raise
-    say(result.summary())
-    if profile:
-        _say_profiles(result)
-    write_all(
-        (output, result.save),
-        (plot, drawn("fits.pictures:fit_figure", result, style=style)),
-        (posterior, lambda path: _posterior(result, case, path, style)),
-        (drift, lambda path: _drift(curve, case, path, style)),
-        bar=False,
-    )
+    more = drift, lambda path: _drift(curve, case, path, style)
+    _finish(result, case, output, plot, profile, posterior, style, more)
 
 
 def _drift(curve: Curve, case: FitCase, path: Path, style: str) -> None:

@@ -49,8 +49,24 @@ def correct(
     given here, or in a table [bold]correct[/bold] of the case file: reported, depth, model, poisson, over. Beside the
     result are those of published corrections.
     """
-    given = {"reported": reported, "depth": depth, "model": model, "reported_poisson": poisson, "over": over}
-    _correct(case, {name: value for name, value in given.items() if value is not None}, output, plot, style)
+    from flatpunch.files import units
+    from flatpunch.fits.case import read_fit_case
+    from flatpunch.fits.half_space.correction import correct as corrected
+
+    options: Plain = {"reported": reported, "depth": depth, "model": model, "reported_poisson": poisson, "over": over}
+    given = {name: value for name, value in options.items() if value is not None}
+    loaded = read_fit_case(case)
+    for name, dimension in (("reported", units.PRESSURE), ("depth", units.LENGTH)):
+        if name in given:
+            given[name] = units.named_si(f"--{name}", given[name], dimension)
+        elif name not in loaded.correct:
+            raise ValueError(f"--{name} is missing; give it, or a table [correct] in {case} with reported and depth.")
+    arguments = {**loaded.correct, **given}
+    found = corrected(medium=loaded.medium, indenter=loaded.indenter, method=loaded.settings.method, **arguments)
+    say(str(found))
+
+    picture = drawn("fits.pictures:correction_figure", found, title=loaded.title, style=style)
+    _write(output, plot, found.dataset, found.to_csv, picture)
 
 
 @command("compare")
@@ -64,29 +80,6 @@ def compare(
 
     Prints the error of each formula at the largest depth, and the largest depths at which it is within 1, 5 and 10 %.
     """
-    _compare(case, output, plot, style)
-
-
-def _correct(case: Path, given: Plain, output: Path | None, plot: Path | None, style: str) -> None:
-    from flatpunch.files import units
-    from flatpunch.fits.case import read_fit_case
-    from flatpunch.fits.half_space.correction import correct
-
-    loaded = read_fit_case(case)
-    for name, dimension in (("reported", units.PRESSURE), ("depth", units.LENGTH)):
-        if name in given:
-            given[name] = units.named_si(f"--{name}", given[name], dimension)
-        elif name not in loaded.correct:
-            raise ValueError(f"--{name} is missing; give it, or a table [correct] in {case} with reported and depth.")
-    arguments = {**loaded.correct, **given}
-    found = correct(medium=loaded.medium, indenter=loaded.indenter, method=loaded.settings.method, **arguments)
-    say(str(found))
-
-    picture = drawn("fits.pictures:correction_figure", found, title=loaded.title, style=style)
-    _write(output, plot, found.dataset, found.to_csv, picture)
-
-
-def _compare(case: Path, output: Path | None, plot: Path | None, style: str) -> None:
     from flatpunch.files import read_case
     from flatpunch.fits.half_space.formulas import compare_case, comparison_csv, comparison_table
 
@@ -109,7 +102,6 @@ def _write(
     table: Callable[[], str],
     picture: Callable[[Path], object],
 ) -> None:
-    """Write a result as CSV or NetCDF, and its picture."""
     from flatpunch.files import save
     from flatpunch.files.results import write
 

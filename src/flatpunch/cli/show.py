@@ -76,7 +76,6 @@ def _target(case: Path, output: Path | None, what: str) -> Path:
 
 
 def _read(path: Path) -> Case | FitCase:
-    """A case, whether it is to be solved or fitted."""
     from flatpunch.files import read_case
     from flatpunch.files.cases import is_fit_case
     from flatpunch.fits.case import read_fit_case

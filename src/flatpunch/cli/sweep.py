@@ -176,7 +176,6 @@ def _cell(value: float) -> str:
 
 
 def _failures(result: xr.Dataset) -> list[str]:
-    """One line for each point that failed."""
     import numpy as np
 
     from flatpunch.sweeps.picture import parameters, value_text

@@ -73,11 +73,11 @@ REPLACED = (
 )
 """What the help of every command with outputs says."""
 
-_SILENCE = 30.0
-"""Seconds without a word after which a command that is not on a terminal says what it does."""
-
 INTERRUPTED = 128 + signal.SIGINT
 """Status after Ctrl-C, as shells report it."""
+
+_SILENCE = 30.0
+"""Seconds without a word after which a command that is not on a terminal says what it does."""
 
 Command = Callable[..., None]
 

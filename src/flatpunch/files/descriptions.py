@@ -127,7 +127,6 @@ def _choice(case: Case) -> Choice:
 
 
 def _expected(case: Case, choice: Choice) -> str:
-    """The error that is expected of force and outline."""
     if isinstance(case.physics.relaxation, tuple):
         return "force by rings and time steps, its error estimated with the result"
     if choice is LIFTS_OFF:

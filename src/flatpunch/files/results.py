@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from flatpunch._support.checks import shown
 from flatpunch._support.paths import Plain
-from flatpunch._support.reading import Unreadable, as_path, content, shown_path
+from flatpunch._support.reading import RESULT, Unreadable, as_path, content, shown_path
 from flatpunch._support.whole_file import BrokenSeal, NotWritten, sealed, unsealed, write_whole
 from flatpunch.files.vtk import ENDINGS, vtk_bytes
 
@@ -30,9 +30,6 @@ _STRUCTURE = "# structure: "
 _DIGEST = "content_sha256"
 _SHA = "# sha256 of all that follows: "
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-
-LARGEST = 4_000_000_000
-"""Largest result file that is read [bytes]."""
 
 
 class ResultError(ValueError):
@@ -161,7 +158,7 @@ def load(path: str | Path) -> xr.Dataset:
     path = as_path("path", path)
     kind = _format(path)
     try:
-        written = content(path, LARGEST)
+        written = content(path, RESULT)
         found = from_netcdf(written) if kind == ".nc" else from_csv(written.decode("utf-8"))
     except Unreadable as error:
         raise ResultError(f"{shown_path(path)}: {error}.") from None

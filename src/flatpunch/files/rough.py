@@ -38,7 +38,6 @@ class _SurfaceTable(Table):
     periodic: Switch | Literal["x", "y"] = True
 
     def ended(self, rough: Topography) -> Topography:
-        """Return the surface with the borders of the table."""
         along = self.periodic if isinstance(self.periodic, bool) else (self.periodic == "x", self.periodic == "y")
         return Topography(rough.heights, rough.spacing, along)
 

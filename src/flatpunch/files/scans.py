@@ -13,9 +13,7 @@ from flatpunch._support.checks import Array, BadValue, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch._support.reading import UNPACKED, Unreadable, content
 from flatpunch.files import units
-
-FEWEST = 7
-"""Fewest columns of a matrix of heights; three columns are x, y and z."""
+from flatpunch.indenters.measured.height_grid import FEWEST
 
 _MISSING = ("", "nan", "NaN", "NAN", "BAD", "Bad", "bad", "---", "***", "No Data", "-nan", "inf", "-inf")
 """Cells of a text that stand for a height that was not measured."""
@@ -107,7 +105,6 @@ def _archive(path: Path, wanted: Wanted) -> Scan:
 
 
 def _matrix(name: str, arrays: dict[str, Array], wanted: Wanted) -> Scan:
-    """A matrix of heights without coordinates."""
     z = arrays.get("z", np.zeros(0))
     if z.ndim != 2:
         raise ValueError(f"{name} holds an array of shape {z.shape}; heights are a matrix (ny, nx).")
@@ -267,7 +264,6 @@ class _Refused(Exception):
 
 
 def _kind(channel: Any) -> str:
-    """Kind of a channel, "height" among them."""
     name = str(channel.name).lower()
     return next((word for word in _NO_HEIGHTS if word in name), str(channel.data_kind.value))
 

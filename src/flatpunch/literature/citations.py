@@ -106,11 +106,9 @@ class Citations:
     entries: tuple[Reference, ...]
 
     def _line_(self) -> str:
-        """The keys."""
         return f"Citations({', '.join(each.key for each in self.entries)})"
 
     def _table_(self) -> Table:
-        """A row for each work."""
         rows = tuple((each.reason, each.text) for each in self.entries)
         return Table("To be cited", ("for", "work"), rows)
 

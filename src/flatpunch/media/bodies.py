@@ -232,7 +232,6 @@ class Medium(Stack):
         return self.layers[0].thickness if self.layers else inf
 
     def _table_(self) -> Table:
-        """A row for each layer, from the surface down."""
         rows = [
             (f"layer {i + 1}", *layer.elasticity(), quantity_of(layer.thickness, "m"), in_words(layer.bonded))
             for i, layer in enumerate(self.layers)

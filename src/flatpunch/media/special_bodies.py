@@ -179,7 +179,8 @@ class FreeLayer(LooseBody, Checked):
     base: Base = field(default_factory=RigidBase)
 
     def _together_(self) -> None:
-        if not _carries(self.base):
+        base: object = self.base
+        if not isinstance(base, Base) or not (base.rigid or base.isotropic):
             raise TypeError(
                 f"FreeLayer.base = {shown(self.base)} must be RigidBase() or HalfSpace(young=..., poisson=...)."
             )
@@ -219,11 +220,6 @@ class FreeLayer(LooseBody, Checked):
     def held_down(self) -> Medium:
         """The layer held down by its base, on which it slides."""
         return Medium([Layer(self.young, self.poisson, self.thickness, bonded=False)], base=self.base)
-
-
-def _carries(base: object) -> bool:
-    """Whether it is a base that a loose layer may lie on."""
-    return isinstance(base, Base) and bool(base.rigid or base.isotropic)
 
 
 @readable
@@ -277,7 +273,6 @@ class TwoBodies(Body):
             )
 
     def _table_(self) -> Table:
-        """The rows of both bodies."""
         tables = [(name, table_of(body)) for name, body in self.sides]
         width = max(len(row) for _, table in tables for row in (table.header, *table.rows))
         rows: list[tuple[str, ...]] = []

@@ -99,30 +99,24 @@ class _Constants(Homogeneous):
 
     @property
     def numbers(self) -> tuple[str, ...]:
-        """Names of the five elastic constants."""
         return CONSTANTS
 
     @property
     def anisotropic(self) -> bool:
-        """True."""
         return True
 
     @property
     def plane(self) -> Plane[float]:
-        """Coefficients of plane strain."""
         return plane_of(*self.constants, slack_of(*self.constants[:4]))
 
     def slopes_at(self, z: Array) -> dict[str, Plane[Any]]:
-        """Derivatives of the coefficients by each of the five constants."""
         return plane_slopes(self.constants)
 
     def times(self, factor: float) -> Self:
-        """The same with all moduli multiplied by a factor."""
         moduli = {name: factor * getattr(self, name) for name in ("young_in_plane", "young_axial", "shear")}
         return replace(self, **moduli)
 
     def elasticity(self) -> tuple[str, str]:
-        """Moduli and Poisson ratios in words."""
         return summary(self.constants)
 
 
@@ -233,7 +227,6 @@ def summary(constants: Sequence[object]) -> tuple[str, str]:
 
 
 def _engineering(kind: str, given: Stiffnesses) -> tuple[float, float, float, float, float]:
-    """Engineering constants of stiffnesses, which are checked."""
     c11, c12, c13, c33, c44 = (
         real(f"{kind}.{name}", value, "Pa") for name, value in zip(given._fields, given, strict=True)
     )

@@ -292,7 +292,6 @@ class _Calls(Generic[Given, Found]):
         return None
 
     def rest(self) -> Iterator[list[tuple[int, Found | Missing]]]:
-        """Results that have come meanwhile."""
         self.open = False
         while (chunk := self._next(0.0)) is not None:
             if _error(chunk[1]) is None:

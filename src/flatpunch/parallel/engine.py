@@ -174,7 +174,6 @@ def solve_points(
 
 
 def _team(workers: int, scheduler: str | Client | None) -> AbstractContextManager[Team] | None:
-    """Who solves the points; None for this process."""
     if scheduler is not None:
         from flatpunch.parallel.cluster import cluster
 
@@ -183,7 +182,6 @@ def _team(workers: int, scheduler: str | Client | None) -> AbstractContextManage
 
 
 def _place(store: str | Path | Store | None) -> Store:
-    """Where outcomes are kept."""
     if store is None:
         return Memory()
     if isinstance(store, (str, Path)) or not all(hasattr(store, name) for name in ("states", "read", "write")):

@@ -30,7 +30,7 @@ import numpy as np
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
-from flatpunch._support.reading import Unreadable, content
+from flatpunch._support.reading import RESULT, Unreadable, content
 from flatpunch._support.whole_file import BrokenSeal, remove_left, sealed, unsealed, unwritable, write_whole
 
 
@@ -272,7 +272,7 @@ DAMAGED = ".damaged"
 def _outcome(path: Path) -> Outcome:
     """Outcome in a file; a ValueError if it is not what was written."""
     try:
-        body, has_seal = unsealed(content(path, LARGEST))
+        body, has_seal = unsealed(content(path, RESULT))
         if not has_seal:
             raise BrokenSeal("it has no seal")
         if path.suffix == ".json":
@@ -289,8 +289,5 @@ def _outcome(path: Path) -> Outcome:
 def _no_folder(path: Path, reason: str) -> OSError:
     return OSError(f"{path}: no folder to keep points in ({reason.rstrip('.')}). Choose one that is yours.")
 
-
-LARGEST = 4_000_000_000
-"""Largest file of a point that is read [bytes]."""
 
 _SECONDS = "_seconds"

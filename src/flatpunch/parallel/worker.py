@@ -124,7 +124,6 @@ _last = 0.0
 
 
 def _begin(said: Connection, parent: int) -> None:
-    """First call in a worker process."""
     global _said
     _said = said
     left_to_parent(parent)

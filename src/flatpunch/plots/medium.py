@@ -142,7 +142,6 @@ def _faces(found: Profile, scale: float, axes: Axes) -> None:
 
 
 def _mark_contact(radius: float, pair: bool, axes: Axes) -> None:
-    """Dotted lines at the depth of one contact radius."""
     if radius <= 0:
         return
     for depth in (-radius, radius) if pair else (radius,):

@@ -203,7 +203,6 @@ def _stiffness_between(depth: Array, stiffness: Array, result: xr.Dataset, valid
 
 
 def _title(result: xr.Dataset, valid: Flags) -> str:
-    """What is known of the accuracy."""
     if result.attrs.get("method_reason") == EXACT:
         words = EXACT
     elif "force_error" in result:
@@ -216,7 +215,6 @@ def _title(result: xr.Dataset, valid: Flags) -> str:
 
 
 def _error_band(result: xr.Dataset, axes: Axes, depth: Array, force: Array, colour: str) -> None:
-    """Draw the estimated error of the force as a band."""
     if "force_error" not in result:
         return
     known = np.isfinite(result["force_error"].values)

@@ -129,7 +129,6 @@ def _values(found: Stresses, quantity: str) -> Array:
 
 
 def _axis(result: xr.Dataset) -> Plain | None:
-    """Stresses along the axis, from the section."""
     plane = _plane(result)
     if plane is None:
         return None

@@ -11,7 +11,7 @@ from pydantic import Field
 from flatpunch import indenters
 from flatpunch._support.checks import BadValue, positive, shown
 from flatpunch._support.declared import arguments
-from flatpunch._support.reading import Unreadable, text_content
+from flatpunch._support.reading import UNPACKED, Unreadable, text_content
 from flatpunch.files import units
 from flatpunch.files.height_maps import read_height_map
 from flatpunch.files.tables.fields import Angle, Count, Length, Number, Switch, Table
@@ -67,7 +67,6 @@ class _ProfileTable(Made):
     file: str | None = None
 
     def build(self, folder: Path) -> Indenter:
-        """Return the indenter."""
         given = {name: getattr(self, name) for name in arguments(indenters.RadialProfile)}
         r, f = given["r"], given["f"]
         if (self.file is None) == (r is None) or (r is None) != (f is None):
@@ -78,7 +77,6 @@ class _ProfileTable(Made):
 
     @classmethod
     def proposed(cls) -> set[str]:
-        """The page reads no files."""
         return {"r", "f"}
 
 
@@ -121,8 +119,7 @@ def read_profile(path: Path) -> tuple[list[float], list[float]]:
     Lines that start with # are comments.
     """
     try:
-        # largest CSV file of a profile [bytes]
-        text = text_content(path, 20_000_000)
+        text = text_content(path, UNPACKED)
     except Unreadable as error:
         raise BadValue("file", shown(path.name), f"is {error}. Give its path relative to the case file.") from None
     lines = [

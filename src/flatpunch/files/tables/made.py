@@ -122,7 +122,6 @@ def own_fields(ways: Sequence[Callable[..., Any]]) -> list[list[str]]:
 
 
 def _field(argument: Argument, laws: Mapping[str, Any], *, optional: bool) -> tuple[Any, Any]:
-    """Type of a field and its default."""
     number, default = argument.number, argument.default
     if number is None:
         return (fields.Switch | None, Field(default=None)) if optional else (fields.Switch, Field(default=default))

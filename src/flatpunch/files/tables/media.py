@@ -84,7 +84,6 @@ class _DepthTable(Profile):
             DepthTable(tuple(self.depths), tuple(self.values))
 
     def over(self, thickness: float) -> Law | tuple[list[float], list[float]]:
-        """Return the pair (depths, values)."""
         return self.depths, self.values
 
 
@@ -248,7 +247,6 @@ def stack(layers: Layers, base: Base) -> Stack:
 
 
 def _lifts_off(layers: Layers, why_not: str) -> BadValue:
-    """Error of the first layer that lifts off."""
     at = next(i for i, table in enumerate(layers) if table.value("lifts_off"))
     return BadValue(f"layers[{at}].lifts_off", "true", why_not)
 

@@ -142,10 +142,13 @@ class BranchTables:
             radius = np.hypot(distance, flat_end(indenter))
             inside = radius < largest_radius(branch.kernel, indenter.reach)
             found = np.full((FUNCTIONS, radius.size), np.nan)
-            contact = branch.at(radius[inside])
-            back, tension = contact.plain.depth - contact.depth, contact.plain.force - contact.force
-            half = np.sqrt(work)
-            found[:, inside] = contact.plain.depth, contact.plain.force, back / half, tension / half
+            contact, round_ = branch.at(radius[inside]), _round(branch).at(radius[inside])
+            # what a tip that is not round changes is shared out, so that both parts stay positive however weak the adhesion is
+            for i, name in enumerate(("depth", "force")):
+                plain, sum_ = getattr(round_.plain, name), getattr(round_, name)
+                share = (getattr(contact, name) - sum_) / (2 * plain - sum_)
+                found[i, inside] = plain * (1 + share)
+                found[i + 2, inside] = (plain - sum_) * (1 - share) / np.sqrt(work)
             self._solved[key] = found
         return self._solved[key]
 
@@ -153,7 +156,7 @@ class BranchTables:
         """About the x at which a depth is reached above pull-off; at the first q that was asked for, near enough to begin."""
         if self._coarse is None:
             branch, indenter, _ = self.family.branch(q)
-            base = branch.base if isinstance(branch, PerturbedBranch) else branch
+            base = _round(branch)
             length = 1.0 if base.kernel.homogeneous or base.kernel.exponent else base.kernel.length
             most = largest_radius(base.kernel, indenter.reach)
             end = flat_end(indenter)
@@ -167,6 +170,11 @@ class BranchTables:
         plain, back = np.exp(plain + forms[0]), np.exp(back + forms[2])
         enough = (plain - back >= max(deepest, 0.0)) & (plain > back)
         return float(x[int(np.argmax(enough)) if enough.any() else x.size - 1])
+
+
+def _round(branch: Equilibria) -> Equilibria:
+    """The branch itself, or that of the mean profile of a tip that is not round."""
+    return branch.base if isinstance(branch, PerturbedBranch) else branch
 
 
 def branch_tables(family: BranchFamily) -> BranchTables:

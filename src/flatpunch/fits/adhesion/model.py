@@ -124,7 +124,7 @@ class AdhesiveModel(FreeParameters):
         return float(state.depth[0]), float(state.force[0])
 
     def opening(self, theta: Array, deepest: float) -> float:
-        """Depth [m] to which a contact made without adhesion at `deepest` is pulled at its radius before adhesion lets it shrink."""
+        """Depth [m] at which a contact that was made without adhesion at `deepest` begins to shrink when it is pulled."""
         return self.branch(theta, deepest).opening(deepest)
 
     def force(self, depth: Array, values: Mapping[str, float] | None = None) -> Array:

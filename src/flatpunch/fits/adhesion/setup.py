@@ -201,7 +201,11 @@ class _Start:
     background: Background
 
     def setup(
-        self, used: Flags, notes: tuple[str, ...], start: Array | None = None, whole: tuple[Objective, Flags] | None = None
+        self,
+        used: Flags,
+        notes: tuple[str, ...],
+        start: Array | None = None,
+        whole: tuple[Objective, Flags] | None = None,
     ) -> Setup:
         """The problem with some points, `whole` being that with all; behind its cantilever once there is a start."""
         part, speed = with_speed(self.part, self.settings)
@@ -286,9 +290,9 @@ class _Start:
             from_depth, to_depth = text(float(depth.max()), "m"), text(float(depth.min()), "m")
             notes = (
                 *(note for note in notes if not note.startswith(_PINNED)),
-                f"{_PINNED}: from a depth of {from_depth} to {to_depth} the force falls along the straight line of a flat punch of the "
-                "largest radius (hysteresis of adhesion). These readings are left out; the work of adhesion is that of the "
-                "contact as it opens.",
+                f"{_PINNED}: from a depth of {from_depth} to {to_depth} the force falls along the straight line of a flat "
+                "punch of the largest radius (hysteresis of adhesion). These readings are left out; the work of adhesion is "
+                "that of the contact as it opens.",
             )
         return self.setup(keep, notes, x, whole)
 
@@ -308,7 +312,7 @@ class _Start:
         by_line = float(np.sum((force - np.polynomial.Polynomial.fit(depth, force, 1)(depth)) ** 2))
         by_model = float(np.sum((force - objective.model.evaluate(depth, theta)[0]) ** 2))
         # ratio of likelihoods, in the noise that the line leaves
-        return early & (by_model - by_line > CLEAR**2 * by_line / (n - 2))
+        return early if by_model - by_line > CLEAR**2 * by_line / (n - 2) else np.zeros(early.size, dtype=bool)
 
     def _readings(self, objective: Objective, x: Array) -> tuple[Array, Array, Array]:
         """Depth and force of readings in contact over contact point and background, and theta."""

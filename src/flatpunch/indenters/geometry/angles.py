@@ -259,7 +259,6 @@ class AngularTable(ABC):
         return result.reshape(*r.shape, result.shape[1])
 
     def _edges(self, r: Array) -> Array:
-        """Edges of the panels that hold radii r."""
         # with half as many panels, means of rounded tips lose three digits
         per_decade = 3
         first = int(np.floor(per_decade * np.log10(r.min()) - 1e-9))
@@ -272,11 +271,10 @@ class AngularTable(ABC):
         return np.append(edges[:-1], np.nextafter(reach, np.inf)) if edges[-1] == reach else edges
 
     def _nodes(self, low: float, high: float) -> int:
-        """Nodes of a panel."""
         rings = self._indenter.rings
         between = rings and rings[0] <= low < rings[-1]
         # half as many leave 1e-6 beside the corners of a flat
-        return 32 + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
+        return ORDER + (int(np.ceil(self.extra_nodes * (high - low) / (rings[-1] - rings[0]))) if between else 0)
 
     def _sample(self, r: Array) -> Array:
         """Columns by quadrature, shape (n, columns)."""
@@ -351,7 +349,7 @@ class AngularHarmonics(AngularTable):
         Whether the harmonics are those of ln f.
     """
 
-    extra_nodes = 64
+    extra_nodes = 2 * ORDER
     """Between the rings crossings turn by up to half a period, and high orders many times with them."""
 
     def __init__(self, indenter: Indenter, count: int, *, logarithmic: bool) -> None:

@@ -113,7 +113,6 @@ class AreaFunction(RoundShape):
         return 0.0 if self.start > 0 or any(self.coefficients[1:]) else float(np.sqrt(np.pi / self.coefficients[0]))
 
     def _fit(self, depth: Array) -> tuple[Array, Array]:
-        """A and dA/dh of the fit."""
         h = depth / self.unit
         powers = np.array([2.0, *(2.0**-k for k in range(len(self.coefficients) - 1))])
         terms = np.array(self.coefficients) * h[..., None] ** powers

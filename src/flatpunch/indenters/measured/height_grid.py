@@ -17,6 +17,9 @@ from flatpunch._support.prefixes import text
 from flatpunch.indenters._common import FULL_TURN, RAYS
 from flatpunch.indenters.profile import Indenter
 
+FEWEST = 7
+"""Fewest rows and columns of a map: bicubic splines with two points on either side of the apex."""
+
 
 def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
     """Coordinates in ascending order and heights to match, shapes (nx,), (ny,), (ny, nx), after all checks.
@@ -26,12 +29,12 @@ def checked_grid(x: object, y: object, z: object) -> tuple[Array, Array, Array]:
     columns = values("HeightMap.x", x, minimum=-np.inf, unit="m")
     rows = values("HeightMap.y", y, minimum=-np.inf, unit="m")
     heights = numbers("HeightMap.z", z, "m")
-    if heights.shape != (rows.size, columns.size) or min(heights.shape) < 7:
+    if heights.shape != (rows.size, columns.size) or min(heights.shape) < FEWEST:
         raise BadValue(
             "HeightMap.z",
             "",
             f"has shape {heights.shape} for {rows.size} values of y and {columns.size} of x; it must be (ny, nx), "
-            "7 or more each.",
+            f"{FEWEST} or more each.",
         )
     heights[~np.isfinite(heights)] = np.nan
     holes = _holes(np.isnan(heights))

@@ -313,9 +313,8 @@ def _lowest(tip: Indenter, x: float, y: float) -> tuple[float, float]:
     return float(found.x[0]) * unit, float(found.x[1]) * unit
 
 
-def _first_steeper(excess: object, reach: float) -> float | None:
+def _first_steeper(excess: Callable[[float], float], reach: float) -> float | None:
     """A radius at which the slope exceeds the tilt, up to the reach."""
-    assert callable(excess)
     radius = min(1.0, reach)
     for _ in range(200):
         if excess(radius / 2) < 0:

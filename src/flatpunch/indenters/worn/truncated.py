@@ -138,12 +138,7 @@ class Truncated(Indenter):
         found = np.full((r.size, int(place.max(initial=-1)) + 1), np.nan)
         # where both ends are at the border to rounding, so is the middle
         found[rows, place] = np.where(root.success, root.x, (low + high) / 2)
-        return found if self._of_tip is None else np.hstack([found, self._of_tip(r)])
-
-    @property
-    def _of_tip(self) -> Callable[[Array], Array] | None:
-        """What the tip says of its own kinks."""
-        return self.tip.crossings
+        return found if self.tip.crossings is None else np.hstack([found, self.tip.crossings(r)])
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""
