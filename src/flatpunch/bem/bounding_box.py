@@ -34,7 +34,7 @@ class Extent:
     def grid(self, cells: int, **prescribed: float | None) -> Grid:
         """Grid around it, with a free rim of a quarter of its half-widths; messages name the depth or force prescribed."""
         for width in self.half_widths:
-            if not SMALLEST <= width <= LARGEST:
+            if not cells * SMALLEST <= width <= LARGEST:
                 raise ValueError(
                     f"{_asked(**prescribed)}: the contact would be {2 * width:.1g} m wide, beyond what can be computed. "
                     "Check the shape of the tip and the units, or prescribe more."

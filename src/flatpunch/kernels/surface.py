@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch.kernels.arguments import Tuples, body_of, wave_vectors
+from flatpunch.kernels.arguments import Tuples, at_zero_wave, body_of, wave_vectors
 from flatpunch.kernels.radial import Radial, Table, at_zero, radial_compliance
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ def normal_compliance(medium: Body | Tuples, q: Numbers, *, undetermined: float 
     """
     from flatpunch.compliances import compliance
 
-    body = body_of(medium)
+    body, undetermined = body_of(medium), at_zero_wave(undetermined, "m/Pa")
     _, magnitude = wave_vectors(q=q)
     result, zero = np.empty(magnitude.shape), magnitude == 0
     if not zero.all():
@@ -187,20 +187,24 @@ def influence_coefficients(medium: Body | Tuples, spacing: float, shape: Sequenc
     >>> print(g.shape, f"{g[0, 0] * np.pi * 1e9 / 0.91 / 1e-6:.4f}")  # 4 ln(1 + sqrt 2) on a half-space
     (128, 128) 3.5255
     """
-    from flatpunch._support.checks import CELLS, positive, whole
+    from flatpunch._support.checks import CELLS, BadValue, positive, values, whole
     from flatpunch.bem.operator.influence import influence_coefficients as coefficients
     from flatpunch.compliances import compliance
 
-    if len(shape) != 2:
-        raise ValueError(f"shape = {shape!r} must be the numbers of rows and columns.")
-    rows, columns = (whole("shape", n, 1, most=4 * CELLS) for n in shape)
+    sizes = values("shape", shape).tolist()
+    if len(sizes) != 2:
+        raise BadValue("shape", "", f"has {len(sizes)} entries; it must be the numbers of rows and columns.")
+    rows, columns = (whole("shape", n, 1, most=4 * CELLS) for n in sizes)
     return coefficients(compliance(body_of(medium)), positive("spacing", spacing, unit="m"), (rows, columns))
 
 
 def _matrices(
     medium: Body | Tuples, qx: Numbers, qy: Numbers, rtol: float, undetermined: float, *, inverse: bool
 ) -> NDArray[np.complex128]:
-    body = body_of(medium)
+    from flatpunch._support.checks import non_negative
+
+    body, undetermined = body_of(medium), at_zero_wave(undetermined, "Pa/m" if inverse else "m/Pa")
+    rtol = non_negative("rtol", rtol, "0 computes every wave vector.", unit="1")
     components, magnitude = wave_vectors(qx=qx, qy=qy)
     shape = magnitude.shape
     x, y, q = (each.ravel() for each in (*components, magnitude))
