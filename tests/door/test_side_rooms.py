@@ -48,7 +48,7 @@ def mistake(label, name, value):
         last, text = traceback.extract_tb(error.__traceback__)[-1], str(error)
         named = re.search(rf"\b({name}|{INSTEAD.get(name, name)})\b", text, re.IGNORECASE)
         # messages about files begin with their path
-        named = named or (label == "atlas.read_table" and isinstance(error, (OSError, ValueError)))
+        named = named or (label in ("atlas.table", "atlas.read_table") and not isinstance(error, TypeError))
         ours = named and Path(last.filename).is_relative_to(PACKAGE)
         return "" if ours and len(text) < 900 else f"{label}, {name}: {type(error).__name__} {text[:300]}"
     except Exception as error:
