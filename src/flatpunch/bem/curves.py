@@ -19,7 +19,6 @@ from flatpunch._support.checks import (
     Flags,
     Values,
     follows,
-    numbers,
     positive,
     switch,
     values,
@@ -31,6 +30,7 @@ from flatpunch.bem.bounding_box import (
     SETTLED,
     ContactTouchesEdge,
     Extent,
+    expected_extents,
     find_extent,
     grown,
     loaded_half_widths,
@@ -142,7 +142,7 @@ def solve(
     if grid is not None and not isinstance(grid, Grid):
         grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.", most=CELLS)
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
-    hints, searched = _hints(half_widths, centers, targets.size), _searched(search, targets.size)
+    hints, searched = expected_extents(half_widths, centers, targets.size), _searched(search, targets.size)
     steps = [_Step(float(t), hint, look) for t, hint, look in zip(targets, hints, searched, strict=True)]
     report = _Counted(progress, targets.size)
     if isinstance(grid, Grid) or xp is not np:
@@ -254,25 +254,6 @@ def _targets(depths: Values | None, forces: Values | None) -> tuple[Array, bool]
     if depths is not None:
         return values("depths", depths, strict=True, unit="m"), True
     return values("forces", forces, strict=True, unit="N"), False
-
-
-def _hints(half_widths: ArrayLike | None, centers: ArrayLike | None, steps: int) -> list[Extent | None]:
-    given = {"half_widths": half_widths, "centers": (0.0, 0.0) if centers is None else centers}
-    pairs = {name: numbers(name, value, "m") for name, value in given.items() if value is not None}
-    for name, found in pairs.items():
-        if found.shape not in ((2,), (1, 2), (steps, 2)):
-            raise BadValue(name, "", f"has shape {found.shape}; it must have a pair along x and y for each step.")
-    values("centers", pairs["centers"].ravel(), minimum=-np.inf, unit="m")
-    if "half_widths" not in pairs:
-        return [None] * steps
-    boxes, middles = (np.broadcast_to(found, (steps, 2)).tolist() for found in pairs.values())
-    # boxes that are not known are no numbers, or zero
-    return [
-        Extent((positive("half_widths", wx, unit="m"), positive("half_widths", wy, unit="m")), (cx, cy))
-        if wx > 0 and wy > 0
-        else None
-        for (wx, wy), (cx, cy) in zip(boxes, middles, strict=True)
-    ]
 
 
 def _searched(search: bool | Flags, steps: int) -> list[bool]:
