@@ -107,10 +107,10 @@ wheel: $(VENV)/.installed-dev  ## Build sdist and wheel, follow README in an env
 	cd $(OTHER)/sdist && ../wheel/bin/python -m pytest -q -m 'not slow' tests/test_lazy_import.py tests/adhesion/test_jkr_closed_forms.py \
 		tests/files/test_cite.py tests/fits/test_unloading.py
 
-tutorial: $(VENV)/.installed-dev  ## Follow README, tutorial and pages literally, in an environment made as the tutorial says
+tutorial: $(VENV)/.installed-dev  ## Follow tutorial and pages literally, in an environment made as the tutorial says
 	$(UV) venv --quiet --clear --python $(BIN)/python $(OTHER)/tutorial
 	$(UV) pip install --quiet --python $(OTHER)/tutorial .
-	$(OTHER)/tutorial/bin/python scripts/follow_page.py README.md docs/tutorial.md docs/questions.md docs/fitting.md docs/stresses.md
+	$(OTHER)/tutorial/bin/python scripts/follow_page.py docs/tutorial.md docs/questions.md docs/fitting.md docs/stresses.md
 
 # slippy takes no newer Python, and its test is left out where there is none.
 PYTHON39 ?= $(firstword $(wildcard $(HOME)/.pyenv/versions/3.9.*/bin/python3.9) python3.9)

@@ -37,6 +37,7 @@ values = st.recursive(
 )
 
 
+@pytest.mark.long
 @settings(max_examples=150, derandomize=True, deadline=None)
 @given(st.dictionaries(texts, values, max_size=4))
 def test_toml_is_read_back_as_it_was_written(data):

@@ -46,7 +46,7 @@ def test_contacts_far_wider_than_an_incompressible_layer(radius: float, least: f
     assert own_error(solution) >= least
 
 
-@pytest.mark.parametrize("radius", [30.0, 60.0, 100.0])
+@pytest.mark.parametrize("radius", [30.0, 60.0, pytest.param(100.0, marks=pytest.mark.long)])
 def test_curves_on_a_thin_incompressible_layer(radius: float) -> None:
     """The estimate of `refined` was 9e-6 where the force was off by 7e-4, 5e-3 and 8e-3."""
     depth, force = _limit(radius)

@@ -10,6 +10,7 @@ from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.pictures import fit_figure
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, Truncated
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
+from support.pinned_curves import pinned
 from support.sticky_curves import sticky
 from support.synthetic_curves import synthetic
 
@@ -143,3 +144,31 @@ def test_film_on_elastic_base():
     curve = sticky(FILM, Cone(0.4), W, 3e-7, spring=0.05, noise=0.003)
     result = fit(curve, FILM, Cone(0.4), [WORK], work_of_adhesion=2 * W)
     assert abs(result[WORK] - W) < 4 * result.estimates[WORK].stderr
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("medium", "tip", "name", "young", "work"),
+    [
+        (HalfSpace(800, 0.5), Sphere(5e-6), "base.young", 800, 4e-5),
+        (HalfSpace(5e3, 0.5), Paraboloid(3e-6), "base.young", 5e3, 1e-4),
+        (FILM, Sphere(3e-6), YOUNG, 5e3, W),
+        (HalfSpace(5e3, 0.5), Cone(0.4), "base.young", 5e3, 1e-4),
+    ],
+    ids=["sphere", "paraboloid", "film", "cone"],
+)
+def test_a_pinned_contact_line_is_left_out(medium, tip, name, young, work):
+    """A contact that opens at a held radius: both values within three standard errors, and the pinned part named."""
+    result = fit(pinned(medium, tip, work, 6e-7, noise=0.005), medium, tip, [name, WORK], work_of_adhesion=2 * work)
+    assert any("contact line is pinned" in note for note in result.notes)
+    for each, true in ((name, young), (WORK, work)):
+        assert abs(result[each] - true) < 3 * result.estimates[each].stderr
+
+
+@pytest.mark.long
+def test_sharp_tips_begin_far_from_the_work_of_adhesion():
+    """The pull-off of a cone goes like w^2, that of a paraboloid like w."""
+    gel, tip = HalfSpace(5e3, 0.5), Pyramid(4, 0.4)
+    result = fit(sticky(gel, tip, 1e-4, 6e-7, noise=0.005), gel, tip, ["base.young", WORK], work_of_adhesion=2e-4)
+    assert result[WORK] == pytest.approx(1e-4, rel=0.01)
+    assert not any("pinned" in note for note in result.notes)

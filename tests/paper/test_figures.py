@@ -49,6 +49,7 @@ def test_boundary_elements_on_thick_layers_are_hertz(quick, figure):
     assert excess == pytest.approx(hertz_excess(e_g), abs=3e-3)
 
 
+@pytest.mark.long
 def test_second_order_on_thin_layers(quick):
     """ln a = -R ln psi, and R falls to 1/(2 + alpha) of power-law grading: 1/2 (k = 1, e = e_g) and 1/3 (k = 3)."""
     e_g, excess = at(table(quick[0], "figure_03_second_order"), 0.3, -1.0)
@@ -59,6 +60,7 @@ def test_second_order_on_thin_layers(quick):
     assert limit < excess < 0.6 * limit
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("figure", "base", "nu"), [("figure_03", "frictionless", None), ("figure_05", "bonded", 0.5)])
 def test_first_order(quick, figure, base, nu):
     """(P23) at h = a0 with d* = Kbar d/(kappa_2 <psi> a0^2) from the tables of a flat punch on one layer."""
@@ -78,6 +80,7 @@ def curve(folder, figure, **wanted):
     return {name: np.array([float(r[name]) for r in rows]) for name in ("d_over_d_max", "a0_over_h", "F_over_F_exact")}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("pair", "case", "first", "second"),
     [
@@ -102,6 +105,7 @@ def test_curves(quick, pair, case, first, second):
         assert exact["d_over_d_max"][-1] == pytest.approx(1.0, rel=1e-5)  # depths are kept to six figures
 
 
+@pytest.mark.long
 def test_outline_of_the_pyramid(quick):
     """First order cuts the corners by a tenth and more, less so on the bonded layer."""
     found = numbers(quick[1], "corners of the pyramid")
@@ -109,6 +113,7 @@ def test_outline_of_the_pyramid(quick):
     assert found["unbonded first-order sides"] < 0.06
 
 
+@pytest.mark.long
 def test_statements(quick):
     _, report = quick
     verdicts = {s.name: s.verdict for s in report.statements}
@@ -121,6 +126,7 @@ def test_statements(quick):
     assert numbers(report, "tension at the base")["worst"] == pytest.approx(0.0097, abs=2e-4)
 
 
+@pytest.mark.long
 def test_every_figure_comes_in_three_forms(quick):
     folder, _ = quick
     page = (folder / "index.html").read_text(encoding="utf-8")
@@ -132,6 +138,7 @@ def test_every_figure_comes_in_three_forms(quick):
     assert not list(folder.rglob(".unfinished-*"))
 
 
+@pytest.mark.long
 def test_finished_points_are_used_again(quick):
     """A second run solves nothing; a point that was lost is solved alone, to the same numbers."""
     folder, _ = quick

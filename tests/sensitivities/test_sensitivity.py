@@ -286,11 +286,11 @@ def test_series_agree_with_boundary_elements():
     np.testing.assert_allclose(series.force, cells.force, atol=4e-3)
 
 
-def test_every_number_of_many_layers_has_a_derivative():
+def test_every_number_of_fifty_layers_has_a_derivative():
     rng = np.random.default_rng(1)
-    layers = [fp.Layer(10 ** rng.uniform(-1, 1), 0.3, 0.1) for _ in range(20)]
+    layers = [fp.Layer(10 ** rng.uniform(-1, 1), 0.3, 0.1) for _ in range(50)]
     found = fp.sensitivity(fp.Medium(layers, base=fp.HalfSpace(5.0, 0.25)), fp.Paraboloid(10.0), radius=1.0)
-    assert found.sizes["parameter"] == 3 * 20 + 2 + 1
+    assert found.sizes["parameter"] == 3 * 50 + 2 + 1
 
 
 @pytest.mark.parametrize(

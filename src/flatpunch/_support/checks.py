@@ -62,7 +62,7 @@ ROUNDING = 1e-12
 
 _NO_NUMBERS = (bool, np.bool_, str, bytes, bytearray, complex, np.complexfloating, np.datetime64, np.timedelta64)
 _PLAIN = {float, int, np.float64, np.int64, np.float32, np.int32}
-_SHOWN = 200
+SHOWN = 200
 """Characters of a value that a message repeats at most."""
 
 
@@ -125,20 +125,13 @@ class BadValue(ValueError):
         return (Problem(self.key, str(self)),)
 
 
-def shown(value: object, most: int = _SHOWN) -> str:
+def shown(value: object, most: int = SHOWN) -> str:
     """Return `value` as messages write it: `repr` on one line, shortened where it is long."""
     try:
         text = " ".join(repr(value).split())
     except Exception:  # integers of thousands of digits have no decimal form, and a caller's object may raise anything
         text = f"<{type(value).__name__}>"
     return text if len(text) <= most else f"{text[: most - 4]} ..."
-
-
-def brief(message: str, most: int = _SHOWN) -> str:
-    """Return a message whose quoted texts and long words are shortened: what came from outside may be endless."""
-    message = re.sub(rf"'[^'\n]{{{most},}}'", lambda found: f"{found[0][: most - 4]} ...'", message)
-    message = re.sub(rf"\S{{{2 * most},}}", lambda found: f"{found[0][: most - 4]} ...", message)
-    return "\n".join(line if len(line) <= 4 * most else f"{line[: 4 * most]} ..." for line in message.split("\n"))
 
 
 def real(name: str, value: object, unit: str | None = None) -> float:
@@ -213,15 +206,16 @@ def values(
     strict: bool = False,
     unit: str | None = None,
     smallest: float = SMALLEST,
+    empty: bool = False,
 ) -> Array:
     """Return scalars or sequences as a one-dimensional float array of finite values above `minimum`.
 
     The offending entry is named by its index. Entries of tables, where zero is common, may be as small as they like
-    (`smallest` = 0).
+    (`smallest` = 0). None at all are taken where they may be `empty`.
     """
     given = numbers(name, value, unit)
     array = np.atleast_1d(given)
-    if array.ndim != 1 or array.size == 0:
+    if array.ndim != 1 or (array.size == 0 and not empty):
         wanted = "it must be a number or a non-empty one-dimensional sequence."
         raise BadValue(name, "", f"has shape {array.shape}; {wanted}")
     bad = ~np.isfinite(array) | ((array <= minimum) if strict else (array < minimum))
@@ -343,7 +337,12 @@ def refused_overflow() -> Iterator[None]:
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield
-    except (ArithmeticError, MemoryError, np.linalg.LinAlgError) as error:
+    except MemoryError as error:
+        raise ValueError(
+            f"There is not enough memory for this case{f' ({error})' * bool(str(error))}. Take fewer steps, angles, cells or "
+            "points at once."
+        ) from error
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
         raise ValueError(
             "The numbers of this case overflow, or differ by more than can be computed: moduli, lengths, or the depth against "
             "the tip. Check the units."

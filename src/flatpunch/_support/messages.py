@@ -13,7 +13,7 @@ import re
 import traceback
 from pathlib import Path
 
-from flatpunch._support.checks import Problem, brief
+from flatpunch._support.checks import SHOWN, Problem
 from flatpunch._support.reading import Conflict, shown_path
 from flatpunch._support.whole_file import NotWritten
 
@@ -50,6 +50,13 @@ def message(error: BaseException, program: Path = _PACKAGE) -> str:
         f"this could not be solved: {type(error).__name__} in {where}. That is a mistake of flatpunch; please report it with the "
         f"case file. {TRACEBACK}=1 in the environment shows more."
     )
+
+
+def brief(message: str, most: int = SHOWN) -> str:
+    """Return a message whose quoted texts and long words are shortened: what came from outside may be endless."""
+    message = re.sub(rf"'[^'\n]{{{most},}}'", lambda found: f"{found[0][: most - 4]} ...'", message)
+    message = re.sub(rf"\S{{{2 * most},}}", lambda found: f"{found[0][: most - 4]} ...", message)
+    return "\n".join(line if len(line) <= 4 * most else f"{line[: 4 * most]} ..." for line in message.split("\n"))
 
 
 def problems(error: BaseException) -> list[Problem]:

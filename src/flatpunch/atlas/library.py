@@ -10,20 +10,20 @@ import io
 from dataclasses import replace
 from importlib import resources
 from pathlib import Path
+from types import NoneType
 from typing import Any, cast
 
 import h5netcdf
 import numpy as np
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import ROUNDING, Array, Indices, one_of, shown
-from flatpunch._support.reading import RESULT, Unreadable, content, is_file, is_folder, shown_path
+from flatpunch._support.checks import ROUNDING, Array, Indices, instance, one_of, shown
+from flatpunch._support.reading import RESULT, Unreadable, as_path, content, is_file, is_folder, shown_path
 from flatpunch._support.whole_file import BrokenSeal, unsealed
 from flatpunch.atlas.panel import Panel, Parameter, PowerLawPanel, Scale, SparseSeries
 from flatpunch.atlas.tables import Outside, Solution, Table
 from flatpunch.compliances import compliance
-from flatpunch.compliances.layered import constants_of
-from flatpunch.media import Body, ExponentialModulus, GradedLayer, LinearModulus, Material, TabulatedMedium
+from flatpunch.media import Body, ExponentialModulus, GradedLayer, LinearModulus, Material, TabulatedMedium, underlying
 from flatpunch.media.material import young_and_poisson
 from flatpunch.punch.matrix import solve_round, sufficient_terms
 
@@ -108,12 +108,13 @@ def find_table(name: str | Path) -> Table:
     >>> print(layer.stiffness_and_moments(np.array([0.5, 1.0]), poisson=0.3)[0].round(4))
     [1.624  2.4835]
     """
+    path = as_path("name", name)
     if name == POWER_LAW.name:
         return POWER_LAW
-    path = folder() / f"{name}.nc" if name in families() else Path(name)
+    path = folder() / f"{name}.nc" if name in families() else path
     if not path.suffix:
         raise ValueError(
-            f"{shown(name)} is no table: there are {', '.join(families())}, and files of your own (name.nc)."
+            f"name = {shown(name)} is no table: there are {', '.join(families())}, and files of your own (name.nc)."
         )
     return _read_once(path, path.stat().st_mtime if is_file(path) else 0.0)
 
@@ -152,7 +153,7 @@ def read_table(path: str | Path) -> Table:
     >>> print(atlas.read_table(path).name)
     sliding-layer
     """
-    path = Path(path)
+    path = as_path("path", path)
     if not is_file(path) and not is_folder(path):
         raise FileNotFoundError(
             f"{shown_path(path)}: there is no such file. scripts/atlas_tables of the repository makes tables."
@@ -262,7 +263,9 @@ def tabulated(
     >>> print(f"{float(curve.force[0]) * 1e9:.3f} nN")
     1.040 nN
     """
+    underlying(medium)
     one_of("outside", outside, ("solve", "refuse"))
+    instance("table", table, (Table, NoneType), "a Table: atlas.table(name)")
     if table is not None and table.name not in families():
         solution = table.at(**parameters)
         _check_same(medium, solution)
@@ -281,7 +284,7 @@ def _shipped(medium: Body, table: Table | None) -> Solution:
     if name not in (families() if table is None else (table.name,)):
         raise ValueError(
             f"No table holds this {type(medium).__name__}: the atlas knows one layer on a base, {', '.join(families())}. "
-            "Without flatpunch.atlas.tabulated it is solved directly."
+            "Without flatpunch.atlas.tabulated the medium is solved directly."
         )
     try:
         return (table or find_table(name)).at(**values)
@@ -359,7 +362,13 @@ def dundurs(film: Material, base: Material) -> tuple[float, float]:
     >>> print(f"{alpha:.3f} {beta:.3f}")
     0.461 0.108
     """
-    (mu1, nu1), (mu2, nu2) = constants_of(film), constants_of(base)
+    (mu1, nu1), (mu2, nu2) = _constants("film", film), _constants("base", base)
     below = mu1 * (1 - nu2) + mu2 * (1 - nu1)
     alpha = (film.surface_modulus - base.surface_modulus) / (film.surface_modulus + base.surface_modulus)
     return alpha, (mu1 * (1 - 2 * nu2) - mu2 * (1 - 2 * nu1)) / (2 * below)
+
+
+def _constants(name: str, part: object) -> tuple[float, float]:
+    if not isinstance(part, Material) or part.isotropic is None:
+        raise TypeError(f"{name} = {shown(part)} must be isotropic and homogeneous: a Layer or a HalfSpace.")
+    return part.isotropic

@@ -43,9 +43,14 @@ class Parameter:
     shift: float = 0.0
     unit: str = "1"
 
+    @property
+    def si(self) -> str:
+        """The unit to which quantities are converted."""
+        return self.unit.replace("^", "**")
+
     def check(self, given: Array | float) -> Array:
         """Values as an array, refused outside the range."""
-        found = numbers(self.name, given, self.unit.replace("^", "**"))
+        found = numbers(self.name, given, self.si)
         # a value may be outside the range by rounding
         slack = 1e-9 * (self.high - self.low)
         bad = ~((found >= self.low - slack) & (found <= self.high + slack))

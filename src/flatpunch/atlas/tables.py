@@ -13,9 +13,22 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import ROUNDING, Array, Flags, Indices, positive, values, whole
+from flatpunch._support.checks import (
+    ANGLES,
+    ROUNDING,
+    Array,
+    BadValue,
+    Flags,
+    Indices,
+    numbers,
+    positive,
+    real,
+    values,
+    whole,
+)
 from flatpunch._support.readable import readable
 from flatpunch.atlas.panel import Coordinates, Panel, Parameter, PowerLawPanel
+from flatpunch.numerics.shapes import common_shape
 from flatpunch.punch.basis import power_edge, power_moments, regular_part, round_functionals
 from flatpunch.punch.harmonics import half_space_power_edge
 
@@ -84,12 +97,12 @@ class Table:
         ValueError or TypeError if one is outside its range, missing or unknown, or the solutions are closed forms.
         """
         coordinates = self._coordinates(parameters)
+        given = {p.name: real(p.name, numbers(p.name, parameters[p.name], p.si), p.si) for p in self.parameters}
         x = tuple(float(v) for v in coordinates)
         if x not in self._solutions:
             if len(self._solutions) >= _MEDIA:
                 self._solutions.pop(next(iter(self._solutions)))
             panels = tuple(panel.at(coordinates) for panel in self.panels)
-            given = {name: float(value) for name, value in parameters.items()}
             self._solutions[x] = Solution(self.name, given, panels, self.bound)
         return self._solutions[x]
 
@@ -112,7 +125,7 @@ class Table:
         tuple of ndarray
             Kbar and one kappa_n for each exponent, of the common shape.
         """
-        wanted = tuple(positive("exponent", n) for n in exponents)
+        wanted = values("exponents", exponents, strict=True, empty=True).tolist()
         shape, places = self._points(beta, parameters)
         result = np.empty((1 + len(wanted), *shape)).reshape(1 + len(wanted), -1)
         for panel, chosen, radii, x in places:
@@ -131,9 +144,10 @@ class Table:
         self, beta: float | Array, parameters: Mapping[str, float | Array]
     ) -> tuple[tuple[int, ...], Iterator[tuple[AnyPanel, Indices, Array, Coordinates]]]:
         """Common shape of radii and parameters; panels with the points that each holds, their radii and coordinates."""
-        x, radii = self._coordinates(parameters), values("beta", np.atleast_1d(beta), strict=True)
+        given = numbers("beta", beta, "1")
+        x, radii = self._coordinates(parameters), values("beta", given, strict=True)
         _check_range(self.panels, radii)
-        shape = np.broadcast_shapes(np.shape(beta), *(y.shape for y in x))
+        shape = common_shape(beta=given, **dict(zip(parameters, x, strict=True)))
         if any(y.ndim for y in x):
             radii, x = np.broadcast_to(radii, shape).ravel(), tuple(np.broadcast_to(y, shape).ravel() for y in x)
         return shape, (
@@ -199,40 +213,47 @@ class Solution:
 
     def covers(self, beta: Array) -> bool:
         """Whether all radii are in the table; raises ValueError where others are refused."""
+        beta = numbers("beta", beta)
         inside = not _outside(self.panels, beta).any()
         if not inside and self.outside == "refuse":
             low, high = self.beta_range
             raise ValueError(
-                f"Contact radii of {beta.min():.3g} ... {beta.max():.3g} lengths of the medium are needed; the table "
+                f"beta = {beta.min():.3g} ... {beta.max():.3g}, radii over the length of the medium, is needed; the table "
                 f"{self.family!r} holds {low:g} ... {high:g}. outside='solve' solves the others directly."
             )
         return inside and bool(beta.size)
 
     def summary(self, beta: Array) -> str:
         """Which table it was, and how many of these radii it does not hold."""
-        low, high = self.beta_range
+        beta, (low, high) = numbers("beta", beta), self.beta_range
         outside = int(np.count_nonzero((beta > 0) & _outside(self.panels, beta)))
         others = f"; {outside} of {beta.size} contacts are outside it and were solved directly" if outside else ""
         return f"table {self.family!r}, relative error below {self.error:.0e}, a/l = {low:g} ... {high:g}{others}"
 
     def normalized_stiffness(self, beta: float | Array) -> Array:
         """Kbar = F/(2 E* a d) [-]; shape of `beta`."""
-        return np.pi * self.coefficients(np.ravel(beta))[0][:, 0].reshape(np.shape(beta))
+        beta = numbers("beta", beta)
+        return np.pi * self.coefficients(beta.ravel())[0][:, 0].reshape(beta.shape)
 
     def moment(self, beta: float | Array, exponent: float) -> Array:
         """kappa_n = (n + 1) int_0^1 pbar rho^(n + 1) drho [-], n > 0; shape of `beta`."""
-        flat, n = self.coefficients(np.ravel(beta))[0], positive("exponent", exponent)
-        return ((n + 1) * np.pi * flat @ power_moments(n, 0, flat.shape[1])).reshape(np.shape(beta))
+        beta, n = numbers("beta", beta), positive("exponent", exponent)
+        flat = self.coefficients(beta.ravel())[0]
+        return ((n + 1) * np.pi * flat @ power_moments(n, 0, flat.shape[1])).reshape(beta.shape)
 
     def edge_coefficient(self, beta: float | Array) -> Array:
         """Edge strength [-], whose square is d(a Kbar)/da; shape of `beta`."""
-        flat, first, _ = self.coefficients(np.ravel(beta))
-        return np.sqrt(np.pi * (flat[:, 0] + first[:, 0])).reshape(np.shape(beta))
+        beta = numbers("beta", beta)
+        flat, first, _ = self.coefficients(beta.ravel())
+        return np.sqrt(np.pi * (flat[:, 0] + first[:, 0])).reshape(beta.shape)
 
     def pressure(self, beta: float, rho: Array) -> Array:
         """Pressure of unit depth on the unit disc, modulus 1, at 0 <= rho < 1."""
-        flat = self.coefficients(np.array([beta]))[0][0]
-        rho = np.asarray(rho, dtype=float)
+        flat, rho = self.coefficients(np.array([real("beta", beta)]))[0][0], numbers("rho", rho)
+        if not ((rho >= 0) & (rho < 1)).all():
+            raise BadValue(
+                "rho", "", "must be 0 or more and below 1: it is the distance from the axis over the radius."
+            )
         return np.tensordot(flat, regular_part(0, flat.size, rho), axes=1) / np.sqrt((1 - rho) * (1 + rho))
 
     def coefficients(self, beta: Array) -> tuple[Array, Array, Array]:
@@ -297,13 +318,14 @@ class Solution:
             "outline" R_m: ln a(phi) gains -R_m g_m cos(m phi); "force" chi_m: ln F gains chi_m g_m^2 at given depth;
             "stiffness" eta_m: ln(dF/dd) gains eta_m h_m^2, h_m the harmonic of ln a(phi).
         """
+        exponent = positive("exponent", exponent)
         if not self.responds_to(exponent):
             raise ValueError(
                 f"exponent = {exponent!r}: the table {self.family!r} holds responses "
                 + ("for n = 1 and 2." if self.panels[0].orders.size else "of no indenter.")
             )
-        order = whole("order", order, 1, "It is the harmonic m of the angle.")
-        beta = np.atleast_1d(np.asarray(beta, dtype=float))
+        order = whole("order", order, 1, "It is the harmonic m of the angle.", most=ANGLES)
+        beta = values("beta", beta, strict=True)
         flat, edge, slope = self.round(beta)
         k, power = (found[:, 0] for found in self.edges(beta, np.array([order]), exponent))
         b, closed = power_moments(exponent, 0, flat.shape[1]), power_edge(exponent, 0)
@@ -322,7 +344,7 @@ class Solution:
 
 
 def _outside(panels: Sequence[AnyPanel], beta: Array) -> Flags:
-    return np.asarray((beta < panels[0].low * (1 - ROUNDING)) | (beta > panels[-1].high * (1 + ROUNDING)))
+    return ~np.asarray((beta >= panels[0].low * (1 - ROUNDING)) & (beta <= panels[-1].high * (1 + ROUNDING)))
 
 
 def _check_range(panels: Sequence[AnyPanel], beta: Array) -> None:

@@ -6,8 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from flatpunch._support.checks import LARGEST, SMALLEST, Array
+from flatpunch._support.checks import LARGEST, SMALLEST, Array, BadValue, numbers, positive, values
 from flatpunch._support.prefixes import text
 from flatpunch.bem.grid import Grid, Height, Mask
 from flatpunch.bem.solver.levels import Levels
@@ -34,7 +35,7 @@ class Extent:
     def grid(self, cells: int, **prescribed: float | None) -> Grid:
         """Grid around it, with a free rim of a quarter of its half-widths; messages name the depth or force prescribed."""
         for width in self.half_widths:
-            if not SMALLEST <= width <= LARGEST:
+            if not cells * SMALLEST <= width <= LARGEST:
                 raise ValueError(
                     f"{_asked(**prescribed)}: the contact would be {2 * width:.1g} m wide, beyond what can be computed. "
                     "Check the shape of the tip and the units, or prescribe more."
@@ -50,6 +51,26 @@ class Extent:
             if abs(centre - middle) + (1 + SETTLED) * width > half or width < 0.6 * half:
                 return False
         return True
+
+
+def expected_extents(half_widths: ArrayLike | None, centers: ArrayLike | None, steps: int) -> list[Extent | None]:
+    """Boxes of contacts as they are expected, one for each step; None for those that are not known."""
+    given = {"half_widths": half_widths, "centers": (0.0, 0.0) if centers is None else centers}
+    pairs = {name: numbers(name, value, "m") for name, value in given.items() if value is not None}
+    for name, found in pairs.items():
+        if found.shape not in ((2,), (1, 2), (steps, 2)):
+            raise BadValue(name, "", f"has shape {found.shape}; it must have a pair along x and y for each step.")
+    values("centers", pairs["centers"].ravel(), minimum=-np.inf, unit="m")
+    if "half_widths" not in pairs:
+        return [None] * steps
+    boxes, middles = (np.broadcast_to(found, (steps, 2)).tolist() for found in pairs.values())
+    # boxes that are not known are no numbers, or zero
+    return [
+        Extent((positive("half_widths", wx, unit="m"), positive("half_widths", wy, unit="m")), (cx, cy))
+        if wx > 0 and wy > 0
+        else None
+        for (wx, wy), (cx, cy) in zip(boxes, middles, strict=True)
+    ]
 
 
 class ContactTouchesEdge(ValueError):

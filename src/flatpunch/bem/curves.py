@@ -7,17 +7,30 @@ together start from the solution before, others from coarser grids.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from flatpunch._support.checks import ANGLES, CELLS, Array, Flags, Values, values, whole
+from flatpunch._support.checks import (
+    CELLS,
+    Array,
+    BadValue,
+    Flags,
+    Values,
+    follows,
+    positive,
+    switch,
+    values,
+    whole,
+)
 from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
 from flatpunch.bem.bounding_box import (
     SETTLED,
     ContactTouchesEdge,
     Extent,
+    expected_extents,
     find_extent,
     grown,
     loaded_half_widths,
@@ -27,12 +40,13 @@ from flatpunch.bem.bounding_box import (
 )
 from flatpunch.bem.grid import SMALLEST, Cells, Grid, Height, IndenterHeight, Namespace
 from flatpunch.bem.operator.convolution import to_numpy
-from flatpunch.bem.solution import Solution, check_tolerance, solution_of
+from flatpunch.bem.outline import checked_angles
+from flatpunch.bem.solution import Solution, checked_effort, solution_of
 from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels, announced, fitting_threads
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliances import Kernel
-from flatpunch.indenters.profile import Indenter
+from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.parallel.pool import shared_out
 
 DEFAULT_CELLS = 256
@@ -120,14 +134,16 @@ def solve(
     1.47e-03 N, Hertz 1.47e-03 N
     """
     targets, by_depth = _targets(depths, forces)
-    check_tolerance(tolerance, single)
-    angles = whole("angles", angles, 1, "It is the number of polar angles of the outline.", most=ANGLES)
-    limit = whole("limit", limit, 1, "It is the largest number of iterations on one grid.")
+    limit = checked_effort(kernel, tolerance, limit, single)
+    angles = checked_angles(angles)
+    check_indenter(indenter)
+    if not isinstance(stiffness, bool):
+        positive("stiffness", stiffness, "It is the largest deviation under the flat punch, or True or False.")
     if grid is not None and not isinstance(grid, Grid):
         grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.", most=CELLS)
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
-    hints, searched = _hints(half_widths, centers, targets.size), np.broadcast_to(search, targets.size)
-    steps = [_Step(float(t), hint, bool(look)) for t, hint, look in zip(targets, hints, searched, strict=True)]
+    hints, searched = expected_extents(half_widths, centers, targets.size), _searched(search, targets.size)
+    steps = [_Step(float(t), hint, look) for t, hint, look in zip(targets, hints, searched, strict=True)]
     report = _Counted(progress, targets.size)
     if isinstance(grid, Grid) or xp is not np:
         return _solve_steps(course, steps, xp, report)
@@ -240,17 +256,12 @@ def _targets(depths: Values | None, forces: Values | None) -> tuple[Array, bool]
     return values("forces", forces, strict=True, unit="N"), False
 
 
-def _hints(half_widths: ArrayLike | None, centers: ArrayLike | None, steps: int) -> list[Extent | None]:
-    if half_widths is None:
-        return [None] * steps
-    boxes, middles = (
-        np.broadcast_to(np.asarray(pairs, dtype=float), (steps, 2))
-        for pairs in (half_widths, (0.0, 0.0) if centers is None else centers)
-    )
-    return [
-        Extent((float(wx), float(wy)), (float(cx), float(cy))) if wx > 0 and wy > 0 else None
-        for (wx, wy), (cx, cy) in zip(boxes, middles, strict=True)
-    ]
+def _searched(search: bool | Flags, steps: int) -> list[bool]:
+    given: Any = search.tolist() if isinstance(search, np.ndarray) else search
+    flags = list(given) if follows(given, list, tuple) else [given] * steps
+    if len(flags) != steps:
+        raise BadValue("search", "", f"has {len(flags)} entries; it must have one for each of {steps} steps.")
+    return [switch("search", each) for each in flags]
 
 
 def _extent(course: _Course, step: _Step, height: Height, **prescribed: float) -> tuple[Extent, bool]:

@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from flatpunch._support.checks import Array, positive
-from flatpunch.bem.grid import Grid, Mask, Namespace
+from flatpunch._support.checks import Array, positive, real
+from flatpunch.bem.grid import Grid, Mask, Namespace, check_grid, on_grid
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.outline import trace_outline
-from flatpunch.bem.solution import Solution, check_tolerance, not_converged, warned
+from flatpunch.bem.solution import Solution, checked_effort, not_converged, warned
 from flatpunch.bem.solver.active_set import adhering
 from flatpunch.bem.solver.levels import Levels, announced, mirror_axes
 from flatpunch.compliances import Kernel
@@ -75,17 +75,14 @@ def solve_punch(
     >>> print(f"{square.stiffness / (1e6 / 0.91 * 1e-4):.2f} E* times the side")
     1.15 E* times the side
     """
-    if face is None:
-        positive("depth", depth, unit="m")
-    check_tolerance(tolerance, single)
+    check_grid(grid)
+    depth = positive("depth", depth, unit="m") if face is None else real("depth", depth, "m")
+    limit = checked_effort(kernel, tolerance, limit, single)
     if callable(planform):
-        mask = np.array(np.broadcast_to(planform(grid.x[None, :], grid.y[:, None]), grid.shape), dtype=bool)
-    else:
-        mask = np.asarray(planform, dtype=bool)
-        if mask.shape != grid.shape:
-            raise ValueError(
-                f"planform has shape {mask.shape}, the grid has {grid.shape} (rows along y). They must agree."
-            )
+        planform = np.broadcast_to(planform(grid.x[None, :], grid.y[:, None]), grid.shape)
+    mask = on_grid("planform", planform, grid) != 0
+    if face is not None:
+        face = on_grid("face", face, grid)
     if not mask.any():
         raise ValueError("planform holds no cell of the grid. Its coordinates are in metres, as the grid's.")
     levels = announced(Levels(kernel, grid, xp, single), 1)

@@ -21,7 +21,9 @@ from flatpunch._support.checks import (
     Array,
     BadValue,
     follows,
+    instance,
     non_negative,
+    numbers,
     point,
     positive,
     shown,
@@ -174,7 +176,7 @@ class Grid:
 
     def scaled(self, factor: float) -> Grid:
         """Grid with all lengths multiplied by `factor`."""
-        cx, cy = self.center
+        factor, (cx, cy) = positive("factor", factor, unit="1"), self.center
         return replace(self, spacing=self.spacing * factor, center=(cx * factor, cy * factor))
 
     @property
@@ -212,6 +214,22 @@ class Grid:
         near = 1e-9 * self.spacing
         centred = tuple(n % 2 == 0 and abs(c) <= near for n, c in zip((self.nx, self.ny), self.center, strict=True))
         return centred[0], centred[1]
+
+
+def check_grid(grid: Grid) -> None:
+    """Refuse what is no grid."""
+    instance("grid", grid, (Grid,), "a Grid, such as Grid(nx=128, ny=128, spacing=...)")
+
+
+def on_grid(name: str, given: object, grid: Grid) -> Array:
+    """Return numbers, or truth values, of all cells."""
+    flags = isinstance(given, np.ndarray) and given.dtype == bool
+    found = np.asarray(given, dtype=float) if flags else numbers(name, given)
+    if found.shape != grid.shape:
+        raise BadValue(name, "", f"has shape {found.shape}, the grid has {grid.shape} (rows along y). They must agree.")
+    if np.isnan(found).any():
+        raise BadValue(name, "", "holds NaN; it must have a number for each cell.")
+    return found
 
 
 def polar(x: Array, y: Array) -> tuple[Array, Array]:

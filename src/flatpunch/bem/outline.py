@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, label, map_coordinates
 
-from flatpunch._support.checks import AT_ONCE, Array
+from flatpunch._support.checks import ANGLES, AT_ONCE, Array, follows, positive, switch, whole
 from flatpunch._support.readable import readable
-from flatpunch.bem.grid import Grid, Mask
+from flatpunch.bem.grid import Grid, Mask, check_grid, on_grid
 
 EXCESS = 0.13
 """Distance in cells by which cells in contact reach beyond the rim; twice as much makes areas 0.3 % too small at 256 cells."""
@@ -118,7 +118,11 @@ def trace_outline(
     >>> print(f"{outline.radius:.2f} {outline.area / np.pi:.2f}")
     1.00 1.00
     """
+    check_grid(grid)
+    pressure = on_grid("pressure", pressure, grid)
     contact = pressure > 0
+    angles, rim, sharp = checked_angles(angles), positive("rim", rim, unit="1"), switch("sharp", sharp)
+    length = length if follows(length, float) and length == np.inf else positive("length", length, unit="m")
     rays = enough_rays(angles, _slenderness(grid, contact))
     every = slice(None, None, rays // angles)
     phi = 2 * np.pi * np.arange(rays) / rays
@@ -143,6 +147,11 @@ def trace_outline(
     return Outline(
         phi[every], contour[every], radius, cells if sharp else area, axes, eccentricity, float(moved.max()), note
     )
+
+
+def checked_angles(angles: int) -> int:
+    """Return a number of polar angles, refused where it is none."""
+    return whole("angles", angles, 1, "It is the number of polar angles of the outline.", most=ANGLES)
 
 
 def enough_rays(angles: int, slenderness: float = 1.0) -> int:

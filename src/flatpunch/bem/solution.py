@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import label
 
-from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, positive, switch
+from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, instance, positive, switch, whole
 from flatpunch._support.readable import readable
 from flatpunch.bem.grid import Grid, Height, Mask
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR, to_numpy
@@ -17,6 +17,7 @@ from flatpunch.bem.outline import Outline, trace_outline
 from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels
 from flatpunch.bem.solver.nested import Effort, solve_stiffness
+from flatpunch.compliances import Kernel
 
 
 @readable
@@ -180,6 +181,13 @@ def check_tolerance(tolerance: float, single: bool) -> None:
         )
     if tolerance < np.finfo(float).eps:
         raise BadValue("tolerance", f"{tolerance:g}", "is below the rounding of floating point. Try 1e-6.")
+
+
+def checked_effort(kernel: Kernel, tolerance: float, limit: int, single: bool) -> int:
+    """Refuse what is no kernel and a tolerance that cannot be reached; return the limit of iterations."""
+    instance("kernel", kernel, (Kernel,), "the kernel of a medium: compliance(medium)")
+    check_tolerance(tolerance, single)
+    return whole("limit", limit, 1, "It is the largest number of iterations on one grid.")
 
 
 def not_converged(gap: float, penetration: float, force: float, tolerance: float, iterations: tuple[int, ...]) -> str:

@@ -33,8 +33,9 @@ from flatpunch.media.plane import Plane, exponents, over
 _CHANGE = 0.2
 """Largest relative change of a coefficient over a step through a graded layer: order 8 leaves 1e-9."""
 
-_STEP = 0.1
-"""Steps through a graded layer over the depth that a wave has come down: order 8 leaves 1e-9 of what reaches that depth."""
+_STEP = 0.08
+"""Steps through a graded layer over the depth that a wave has come down: order 8 leaves 1e-10 of what reaches that depth; a tenth
+of it leaves 1e-9."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,9 +32,6 @@ from flatpunch.media.plane import over
 TOLERANCE = 1e-12
 """Estimated relative error of one step, as it arrives at the surface."""
 
-_LOOSEST = 1e-4
-"""Largest error of a step at any depth, as the estimate is one of small errors."""
-
 
 Rates = Callable[[Array, Sequence[Array]], Array]
 """Slopes of a state under the coefficients of plane strain at one depth per wavenumber."""
@@ -69,7 +66,7 @@ def _integrate(
     """State (3, n) at the upper face from the state at `depth`."""
     breaks = np.array([0.0, *layer.breaks])
     result = state.copy()
-    step = np.minimum(depth, 0.1 / k)
+    step = np.minimum(depth, 0.25 / k)
     active = np.flatnonzero(depth > 0)
     depth = depth.copy()
     # steps are as short as the faster rate wants, and reach as deep as the slower one
@@ -83,11 +80,10 @@ def _integrate(
         d = np.where(wanted >= left, left, np.where(wanted > left / 2, left / 2, wanted))
         y, error = _runge_kutta(layer, rates, result[:, active], q, z, d, scale)
         shallow = q * decay.down_to(z - d)
-        allowed = np.minimum(TOLERANCE * np.exp(2 * shallow), _LOOSEST) / (1 + shallow) ** 2
+        allowed = TOLERANCE * np.exp(np.minimum(2 * shallow, 18.0)) / (1 + shallow) ** 2
         good = error <= allowed
-        # to half of what is allowed
-        growth = (allowed / (2 * np.maximum(error, TINY))) ** (1 / (scipy.integrate.DOP853.error_estimator_order + 1))
-        step[active] = d * np.clip(growth, 0.1, 10.0)
+        growth = 0.9 * (allowed / np.maximum(error, TINY)) ** 0.125
+        step[active] = d * np.clip(growth, 0.2, 5.0)
         moved = active[good]
         depth[moved] = np.where(d[good] == left[good], floor[good], (z - d)[good])
         result[:, moved] = y[:, good]

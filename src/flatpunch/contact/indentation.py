@@ -31,6 +31,7 @@ from flatpunch.contact.result import outline_angles, result_of
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, underlying
 from flatpunch.media.relaxation import Relaxation
+from flatpunch.numerics.shapes import common_shape
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -254,12 +255,7 @@ def pressure(
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
     return_error = switch("return_error", return_error)
     x, y = numbers("x", x, "m"), numbers("y", y, "m")
-    try:
-        points = math.prod(np.broadcast_shapes(x.shape, y.shape))
-    except ValueError:
-        raise ValueError(
-            f"x and y have shapes {x.shape} and {y.shape}; they must be equal or broadcast to one another."
-        ) from None
+    points = math.prod(common_shape(x=x, y=y))
     if points > NUMBERS:
         raise ValueError(f"x and y make {points} points; give at most {NUMBERS} in one call.")
     x, y = np.broadcast_arrays(x, y)

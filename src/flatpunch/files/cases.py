@@ -10,7 +10,8 @@ from typing import Any
 
 from pydantic import Field
 
-from flatpunch._support.checks import ANGLES, Array, BadValue, brief, shown, whole
+from flatpunch._support.checks import ANGLES, Array, BadValue, shown, whole
+from flatpunch._support.messages import brief
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, as_path, shown_path, text_content

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from flatpunch._support.checks import Array, Indices, instance
+from flatpunch._support.checks import Array, Indices, instance, switch
 from flatpunch._support.prefixes import text
 from flatpunch.fits.distributions import bars
 from flatpunch.fits.half_space.formulas import layer_on_top
@@ -24,6 +24,7 @@ from flatpunch.plots.style import (
     THIN,
     StyleName,
     axes_or_new,
+    check_label,
     legend_below,
     next_colour,
     printed,
@@ -110,6 +111,8 @@ def plot_fit(
     from flatpunch.fits.report.result import FitResult
 
     instance("result", result, (FitResult, FilmResult, Batch), "what `fit`, `fit_film` or `fit_batch` returns")
+    check_label(label)
+    switch("residuals", residuals)
     drawn = axes_or_new(axes)
     if isinstance(result, FitResult):
         (_residuals if residuals else _measured_and_fitted)(result, drawn, label)

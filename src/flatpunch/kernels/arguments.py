@@ -61,11 +61,13 @@ def _from_tuples(given: Any) -> Medium:
 def wave_vectors(**given: Numbers) -> tuple[list[Array], Array]:
     """Components of wave vectors, broadcast together, and their magnitudes; both in the range of other numbers, or zero."""
     from flatpunch._support.checks import LARGEST, SMALLEST, BadValue, numbers, values
+    from flatpunch.numerics.shapes import common_shape
 
     arrays = [numbers(name, value, "1/m") for name, value in given.items()]
     for name, array in zip(given, arrays, strict=True):
         values(name, array.ravel(), minimum=-np.inf)
-    components = list(np.broadcast_arrays(*arrays))
+    shape = common_shape(**dict(zip(given, arrays, strict=True)))
+    components = [np.broadcast_to(array, shape) for array in arrays]
     magnitude = np.asarray(np.hypot(*components) if len(components) > 1 else np.abs(components[0]))
     bad = (magnitude != 0) & ~((magnitude >= SMALLEST) & (magnitude <= LARGEST))
     if bad.any():
@@ -75,3 +77,11 @@ def wave_vectors(**given: Numbers) -> tuple[list[Array], Array]:
             f"must be a wave vector of {SMALLEST:g} to {LARGEST:g} 1/m, or zero. Check the units.",
         )
     return components, magnitude
+
+
+def at_zero_wave(undetermined: float, unit: str) -> float:
+    """Value where a uniform traction determines none: one number, which may be NaN or infinite."""
+    from flatpunch._support.checks import numbers, real
+
+    value = numbers("undetermined", undetermined, unit)
+    return float(value) if value.ndim == 0 else real("undetermined", value)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from flatpunch.kernels.arguments import Tuples, body_of, wave_vectors
+from flatpunch.kernels.arguments import Tuples, at_zero_wave, body_of, wave_vectors
 from flatpunch.kernels.radial import Radial, Table, at_zero, radial_compliance
 
 if TYPE_CHECKING:
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 _DIRECT = 4000
 """Largest number of wave vectors that are all computed; more are interpolated."""
+
+_WIDEST = 1e4
+"""Side of a cell over the length of the medium, beyond which the error is above 1e-8; at three times as much it is 6e-8."""
 
 _CHUNK = 2**15
 """Wavenumbers at once: their arrays stay in the cache."""
@@ -143,7 +146,7 @@ def normal_compliance(medium: Body | Tuples, q: Numbers, *, undetermined: float 
     """
     from flatpunch.compliances import compliance
 
-    body = body_of(medium)
+    body, undetermined = body_of(medium), at_zero_wave(undetermined, "m/Pa")
     _, magnitude = wave_vectors(q=q)
     result, zero = np.empty(magnitude.shape), magnitude == 0
     if not zero.all():
@@ -161,7 +164,7 @@ def influence_coefficients(medium: Body | Tuples, spacing: float, shape: Sequenc
     medium : Body or tuple
         As for `surface_compliance`.
     spacing : float
-        Side of the square cells [m].
+        Side of the square cells [m], at most 10 000 lengths of the medium (thicknesses of a layer).
     shape : sequence of two int
         Number of offsets along rows and columns, counted from zero.
 
@@ -187,20 +190,28 @@ def influence_coefficients(medium: Body | Tuples, spacing: float, shape: Sequenc
     >>> print(g.shape, f"{g[0, 0] * np.pi * 1e9 / 0.91 / 1e-6:.4f}")  # 4 ln(1 + sqrt 2) on a half-space
     (128, 128) 3.5255
     """
-    from flatpunch._support.checks import CELLS, positive, whole
+    from flatpunch._support.checks import CELLS, BadValue, positive, values, whole
     from flatpunch.bem.operator.influence import influence_coefficients as coefficients
     from flatpunch.compliances import compliance
 
-    if len(shape) != 2:
-        raise ValueError(f"shape = {shape!r} must be the numbers of rows and columns.")
-    rows, columns = (whole("shape", n, 1, most=4 * CELLS) for n in shape)
-    return coefficients(compliance(body_of(medium)), positive("spacing", spacing, unit="m"), (rows, columns))
+    sizes = values("shape", shape).tolist()
+    if len(sizes) != 2:
+        raise BadValue("shape", "", f"has {len(sizes)} entries; it must be the numbers of rows and columns.")
+    rows, columns = (whole("shape", n, 1, most=4 * CELLS) for n in sizes)
+    kernel, spacing = compliance(body_of(medium)), positive("spacing", spacing, unit="m")
+    if spacing > _WIDEST * kernel.length:
+        most = f"must be at most {_WIDEST * kernel.length:.3g} m, {_WIDEST:g} lengths of the medium. Check the units."
+        raise BadValue("spacing", repr(spacing), most)
+    return coefficients(kernel, spacing, (rows, columns))
 
 
 def _matrices(
     medium: Body | Tuples, qx: Numbers, qy: Numbers, rtol: float, undetermined: float, *, inverse: bool
 ) -> NDArray[np.complex128]:
-    body = body_of(medium)
+    from flatpunch._support.checks import non_negative
+
+    body, undetermined = body_of(medium), at_zero_wave(undetermined, "Pa/m" if inverse else "m/Pa")
+    rtol = non_negative("rtol", rtol, "0 computes every wave vector.", unit="1")
     components, magnitude = wave_vectors(qx=qx, qy=qy)
     shape = magnitude.shape
     x, y, q = (each.ravel() for each in (*components, magnitude))

@@ -15,8 +15,9 @@ from typing import Annotated
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, brief, real, shown, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, real, shown, values
 from flatpunch._support.declared import Number, a_pressure, a_ratio, number_of
+from flatpunch._support.messages import brief
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import quantity_of, readable

@@ -299,7 +299,10 @@ def homogenised(layers: Iterable[AnyLayer]) -> TransverselyIsotropicLayer:
 def _checked(layers: Iterable[AnyLayer]) -> list[AnyLayer]:
     if isinstance(layers, AnyLayer):
         raise TypeError("layers is one layer; give a list of layers.")
-    stack = list(layers)
+    try:
+        stack = list(layers)
+    except TypeError:
+        raise TypeError(f"layers = {shown(layers)} must be a list of layers.") from None
     if not stack:
         raise ValueError("layers is empty; give one layer at least.")
     for i, layer in enumerate(stack):

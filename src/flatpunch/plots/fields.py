@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
+from types import NoneType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array, BadValue, shown
+from flatpunch._support.checks import Array, follows, one_of, shown
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import readable
 from flatpunch.compliances.stack import interfaces
@@ -92,6 +93,13 @@ def plot_fields(
     >>> found = fp.fields(fp.HalfSpace(70e9, 0.3), fp.Sphere(1e-5), x, 0.0, z, depth=50e-9)
     >>> axes = fp.plot_fields(found)
     """
+    one_of("quantity", quantity, (*_NAMES, *_SYMBOLS))
+    if strengths is not None and not (
+        follows(strengths, list, tuple) and all(follows(each, Strength, NoneType) for each in strengths)
+    ):
+        raise TypeError(
+            f"strengths = {shown(strengths)} must be a list of Strength or None, of the layers and the base."
+        )
     axes = axes_or_new(axes)
     across, down, names = _plane(result)
     values, label, unit = _quantity(result, quantity, strengths)
@@ -177,11 +185,8 @@ def _quantity(result: xr.Dataset, quantity: str, strengths: Sequence[Strength | 
         values, name = result["stress"].sel(component=quantity).values, _SYMBOLS[quantity]
     elif quantity == "principal":
         values, name = result["principal"].values[0], _NAMES[quantity]
-    elif quantity in _NAMES:
-        values, name = result[quantity].values, _NAMES[quantity]
     else:
-        known = ", ".join([*_NAMES, *_SYMBOLS])
-        raise BadValue("quantity", shown(quantity), f"is unknown; choose one of {known}.")
+        values, name = result[quantity].values, _NAMES[quantity]
     factor, unit = readable(float(np.abs(values[np.isfinite(values)]).max(initial=0.0)), "Pa")
     return values * factor, name, unit
 

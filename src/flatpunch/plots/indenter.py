@@ -27,6 +27,7 @@ from flatpunch.plots.style import (
     THIN,
     StyleName,
     axes_or_new,
+    check_label,
     next_colour,
     panels,
     round_step,
@@ -89,6 +90,7 @@ def plot_tip(
     """
     check_indenter(indenter)
     one_of("view", view, _VIEWS)
+    check_label(label)
     # a surface has a box of its own
     drawn = axes_or_new(axes, projection="3d" if view == "surface" else None)
     _VIEWS[view](indenter, drawn, _half(indenter, extent), label)

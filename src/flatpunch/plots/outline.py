@@ -18,6 +18,7 @@ from flatpunch.plots.style import (
     SAMPLES,
     THIN,
     axes_or_new,
+    check_label,
     check_result,
     legend_below,
     next_colour,
@@ -76,6 +77,7 @@ def plot_outline(
     '$x$ (nm)'
     """
     check_result(result, "phi", "radius")
+    check_label(label)
     if indenter is not None:
         check_indenter(indenter)
     axes = axes_or_new(axes, (4.0, 4.0))

@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from flatpunch._support.checks import Array, Flags
+from flatpunch._support.checks import Array, Flags, switch
 from flatpunch._support.whole_file import whole_file
 from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT
@@ -33,6 +33,7 @@ from flatpunch.plots.style import (
     SHADE,
     StyleName,
     axes_or_new,
+    check_label,
     check_result,
     next_colour,
     panels,
@@ -89,6 +90,8 @@ def plot_curve(
     'normal force $F$ (nN)'
     """
     check_result(result, "depth", "force")
+    check_label(label)
+    switch("stiffness", stiffness)
     axes = axes_or_new(axes)
     if "branch" in result:
         return loop(result, axes)

@@ -66,6 +66,8 @@ def plot_rough(contact: xr.Dataset, axes: Axes | None = None, *, theories: xr.Da
     'share of the area in contact (%)'
     """
     check_result(contact, "mean_pressure", "area_fraction_corrected", argument="contact")
+    if theories is not None:
+        check_result(theories, *_THEORIES, argument="theories")
     axes = axes_or_new(axes)
     pressure, share = contact["mean_pressure"].values, 100 * contact["area_fraction_corrected"].values
     factor, unit = scale_of(pressure, "Pa")

@@ -20,6 +20,7 @@ from flatpunch.plots.style import (
     SHADE,
     THIN,
     axes_or_new,
+    check_label,
     check_result,
     colour_bar,
     legend_below,
@@ -69,6 +70,7 @@ def plot_sensitivity(result: xr.Dataset, axes: Axes | None = None, *, label: str
     if "parameter" in getattr(result, "coords", ()) and "depth_sensitivity" not in result:
         raise ValueError("result has no depth_sensitivity: that of a power-law half-space is not computed.")
     check_result(result, "depth_sensitivity")
+    check_label(label)
     axes = axes_or_new(axes)
     if "step" in result["depth_sensitivity"].dims:
         _map(result, axes)

@@ -12,6 +12,7 @@ import textwrap
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from types import NoneType
 from typing import Any, Literal
 
 import numpy as np
@@ -23,7 +24,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 
-from flatpunch._support.checks import Array, BadValue, shown
+from flatpunch._support.checks import Array, BadValue, instance, shown
 from flatpunch._support.prefixes import PREFIXES, readable
 from flatpunch.numerics.extents import ROOM
 
@@ -167,6 +168,11 @@ def axes_or_new(axes: Axes | None, size: tuple[float, float] = (WIDE, 3 / 4 * WI
     )
     made: Axes = drawn.add_subplot(**how)
     return made
+
+
+def check_label(label: object) -> None:
+    """Refuse what is no name of a curve in the legend."""
+    instance("label", label, (str, NoneType), "a text, or None")
 
 
 def check_result(result: Any, *names: str, argument: str = "result") -> None:

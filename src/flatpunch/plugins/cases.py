@@ -8,13 +8,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from flatpunch._support.checks import BadValue, instance, shown
 from flatpunch._support.readable import source_of
+from flatpunch._support.reading import as_path
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.parameters.sample import numbers_in
 from flatpunch.fits.parameters.scaling import scaling
 from flatpunch.fits.parameters.settings import FitMethod
-from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body
+from flatpunch.indenters.profile import Indenter, check_indenter
+from flatpunch.media import Body, underlying
 
 _MOST_COORDINATES = 2
 """Free parameters that change the shape of the force curve; with three, the table in the file would have millions of numbers."""
@@ -36,14 +38,15 @@ class Entry:
 
 def module_path(path: str | Path, example: str) -> Path:
     """The path of a Python module, refused if Python could not import it."""
-    path = Path(path)
+    path = as_path("path", path)
     if path.suffix != ".py" or not path.stem.isidentifier():
-        raise ValueError(f"{path}: this file is a Python module; name it like {example}.")
+        raise BadValue("path", shown(str(path)), f": this file is a Python module; name it like {example}.")
     return path
 
 
 def shown_title(title: str, default: str) -> str:
     """A title that can stand in a docstring."""
+    instance("title", title, (str,), "a text")
     return (title or default).replace('"', "'").replace("\\", "/")
 
 
@@ -74,7 +77,8 @@ def parts_of(
 
 
 def _entries(medium: Body, indenter: Indenter) -> list[Entry]:
-    stack = medium.single
+    stack = underlying(medium).single
+    check_indenter(indenter)
     plain = stack and (stack.base.rigid or stack.base.isotropic) and all(layer.isotropic for layer in stack.layers)
     numbers = numbers_in(medium, indenter)
     of_top = (each for each in numbers.values() if each.path.startswith(("layers[0].", "base.")))

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from flatpunch import kernels
 from flatpunch._support.checks import Array
-from flatpunch.media import Body
+from flatpunch.media import Body, underlying
 
 
 class _OfMedium:
@@ -38,7 +38,7 @@ class _OfMedium:
             raise TypeError(f"{min(given)} is a part of the medium; leave it out.")
         self.medium = medium
         # `super` is the class of ContactMechanics that this one is mixed into, which has these arguments
-        super().__init__(nb_grid_pts, medium.surface_modulus, physical_sizes, **options)  # type: ignore[call-arg]
+        super().__init__(nb_grid_pts, underlying(medium).surface_modulus, physical_sizes, **options)  # type: ignore[call-arg]
 
     def spawn_child(self, nb_grid_pts: Sequence[int]) -> Self:
         """Substrate of the same medium on a part of the grid."""

@@ -8,7 +8,9 @@ where they run, that of nanite lmfit as well; neither they nor this package need
 from __future__ import annotations
 
 from pathlib import Path
+from types import NoneType
 
+from flatpunch._support.checks import instance
 from flatpunch._support.whole_file import write_whole
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.indenters.profile import Indenter
@@ -97,6 +99,7 @@ def write_nanite_model(
     Path
     """
     path = module_path(path, "model_thin_gel.py")
+    instance("key", key, (str, NoneType), "a text, or None")
     entries = entries_of(medium, indenter)
     text = _NANITE.format(
         **parts_of(medium, indenter, entries, title, method),

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, shown
 from flatpunch.fits import Curve, FilmResult, Tip, fit_film
 from flatpunch.media import Body, HalfSpace
 
@@ -30,6 +30,10 @@ def tip_of(indentation: Any) -> Tip:
 
 def curve_of(indentation: Any) -> Curve:
     """Depth, force and stiffness [m, N, N/m] of an analysed `Indentation`, corrected as they are there."""
+    if missing := [name for name in ("h", "p", "valid", "slope", "tip", "model") if not hasattr(indentation, name)]:
+        raise TypeError(
+            f"indentation = {shown(indentation)} has no `{missing[0]}`; it must be an Indentation of micromechanics."
+        )
     valid = indentation.valid
     if not np.any(valid) or np.size(indentation.slope) != np.count_nonzero(valid):
         raise ValueError("indentation has no stiffness; call its `analyse()` first.")

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch import kernels
-from flatpunch._support.checks import Array, values
+from flatpunch._support.checks import CELLS, Array, values, whole
 from flatpunch._support.whole_file import write_whole
 from flatpunch.media import Body
 from flatpunch.plugins.cases import module_path, shown_title
@@ -185,7 +185,8 @@ def write_slippy_material(
     Path
     """
     path = module_path(path, "coating.py")
-    z = values("depths", depths, unit="m") if np.size(depths) else np.zeros(0)
+    z = values("depths", depths, unit="m", empty=True)
+    cells = whole("cells", cells, 0, "It is the number of cells along the longer side.", most=CELLS)
     stored = io.BytesIO()
     green = kernels.influence_coefficients(medium, spacing, (cells + 1, cells + 1)) if cells else np.zeros((0, 0))
     thicknesses = [layer.thickness for _, body in medium.sides for layer in body.layers] or [1.0]

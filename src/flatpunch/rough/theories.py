@@ -15,7 +15,7 @@ import scipy.fft
 from scipy.optimize import brentq
 from scipy.special import erf
 
-from flatpunch._support.checks import Array, Values, follows, numbers, shown, values
+from flatpunch._support.checks import Array, Values, follows, instance, numbers, shown, values
 from flatpunch._support.readable import readable
 from flatpunch.compliances import Kernel, compliance
 from flatpunch.contact.dataset import Column, dataset
@@ -198,6 +198,7 @@ def rough_theories(contact: xr.Dataset, medium: Body, topography: Topography) ->
     """
     if not {"mean_pressure", "mean_gap", "area_fraction_corrected"} <= set(getattr(contact, "variables", ())):
         raise TypeError(f"contact = {shown(contact)} must be a result of rough_contact.")
+    instance("topography", topography, (Topography,), "a Topography")
     full = full_contact(medium, topography)
     pressure, gap = contact["mean_pressure"].values, contact["mean_gap"].values
     ordered = np.sort(topography.heights.ravel()) - topography.heights.mean()

@@ -18,7 +18,7 @@ import numpy as np
 from scipy.special import erfc, j0
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.compliances import Kernel
 from flatpunch.numerics.gauss import gauss
 
@@ -151,8 +151,11 @@ def short_wave_remainder(kernel: Kernel, kappa: Array) -> Array:
 
 def isotropic_cell_factor(q: Array) -> Array:
     """Mean over the direction of k of sinc(kx h/2) sinc(ky h/2), q = k h: the factor on J0(kr) of averaging over a square."""
+    # it is 1 - q^2/24 where waves are long
+    result, short = np.ones_like(q), q**2 > 24 * ROUNDING
     # an eighth of the circle; beyond q = 60, 1e-13 of it, the remainder is zero or r >> h filters it
     t, v = gauss()
     angle = np.pi / 8 * (t + 1)
-    x, y = (np.outer(q / (2 * np.pi), trig(angle)) for trig in (np.cos, np.sin))
-    return np.asarray((np.sinc(x) * np.sinc(y)) @ (v / 2))
+    x, y = (np.outer(q[short] / 2, trig(angle)) for trig in (np.cos, np.sin))
+    result[short] = (np.sin(x) * np.sin(y) / (x * y)) @ (v / 2)
+    return result

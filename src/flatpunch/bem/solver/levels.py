@@ -13,9 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING, Array
+from flatpunch._support.checks import ROUNDING, Array, switch
 from flatpunch._support.threads import given_blas_threads, one_blas_thread
-from flatpunch.bem.grid import Cells, Grid, Height, Namespace
+from flatpunch.bem.grid import Cells, Grid, Height, Namespace, check_grid
 from flatpunch.bem.operator.convolution import (
     BYTES_PER_CELL,
     THREADED,
@@ -208,8 +208,9 @@ def required_bytes(grid: Grid, *, single: bool = False) -> int:
     >>> print(f"{bem.required_bytes(bem.Grid(nx=1024, ny=1024, spacing=1e-9)) / 1e6:.0f} MB")
     210 MB
     """
+    check_grid(grid)
     cells = grid.nx * grid.ny
-    return cells * (BYTES_PER_CELL // 2 if single else BYTES_PER_CELL)
+    return cells * (BYTES_PER_CELL // 2 if switch("single", single) else BYTES_PER_CELL)
 
 
 def announced(levels: Levels, steps: int) -> Levels:

@@ -25,7 +25,8 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails, PydanticCustomError
 
-from flatpunch._support.checks import LAYERS, BadValue, Problem, brief, shown
+from flatpunch._support.checks import LAYERS, BadValue, Problem, shown
+from flatpunch._support.messages import brief
 from flatpunch._support.paths import Plain, steps
 from flatpunch.files import units
 

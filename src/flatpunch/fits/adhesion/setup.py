@@ -377,12 +377,13 @@ def _free_force(objective: Objective) -> Array:
 def _matched(model: AdhesiveModel, places: tuple[list[int], list[int]], depth: Array, data: Array) -> Array:
     """Start whose largest force and largest tension are about those of the data; places of moduli and works of adhesion."""
     (moduli, works), theta, deepest = places, model.start(), float(depth.max())
-    for _ in range(3):
+    for _ in range(4):
         low = model.pull_off(theta)[0]
         force = model.evaluate(np.linspace(low, max(deepest, 0.1 * abs(low)), 100), theta)[0]
         tension, load = -float(force.min()), float(force[-1])
         if works and tension > 0:
-            theta[works] += np.log(np.clip(-float(data.min()) / tension, 1e-3, 1e3))
+            # the tension goes like w for paraboloids, like w^2 for cones: either way two thirds of a step leave a third
+            theta[works] += 2 / 3 * np.log(np.clip(-float(data.min()) / tension, 1e-3, 1e3))
         if moduli and load > 0 and data.max() > 0:
             theta[moduli] += np.log(np.clip(float(data.max()) / load, 1e-3, 1e3))
     return theta

@@ -32,8 +32,8 @@ _TERMS = 16
 """Chebyshev terms on a panel of g."""
 
 
-_SPAN = 96
-"""Length of a span of k times the radius, and Chebyshev nodes that give the transform all over it: they leave J_96(48) = 1e-20 of
+_SPAN = 80
+"""Length of a span of k times the radius, and Chebyshev nodes that give the transform all over it: they leave J_80(40) = 1e-17 of
 cos(kt)."""
 
 _CHUNK = 2048
@@ -150,7 +150,7 @@ class RingSources:
             # Legendre's series needs more radians over half a panel than it has terms
             slow = start * half <= 2 * _TERMS
             if slow.any():
-                x, w = gauss(own.size + int(2 * _TERMS + offset.max() * half))
+                x, w = gauss(own.size + int(2 * _TERMS + offset.max() * half / 2))
                 t, weight = middle + half * x, chebyshev.chebval(x, own) * w * half
                 total[slow] += _cosines(start[slow], t, weight, offset)
             fast = k[~slow]
