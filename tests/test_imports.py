@@ -59,6 +59,7 @@ _INSIDE = {
     "stresses": [
         {"bodies", "loads", "rectangle"},
         {"axisymmetric"},
+        {"uniform_cells"},
         {"cells"},
         {"sources"},
         {"contact_sources"},

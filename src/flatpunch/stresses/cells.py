@@ -11,17 +11,18 @@ take its place.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, Indices
+from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.compliances.stack import interfaces
 from flatpunch.stresses.axisymmetric.panels import nodes_or_points
 from flatpunch.stresses.axisymmetric.radial import (
     NORMAL_ORDERS,
     AnisotropicPart,
+    SurfacePart,
     surface_part,
     turned,
     under_pressure,
@@ -30,18 +31,30 @@ from flatpunch.stresses.axisymmetric.radial import (
 from flatpunch.stresses.axisymmetric.round_load import layered_part, round_fields, split_off
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.stresses.bodies import Located
-from flatpunch.stresses.rectangle import normal_corner, shear_corner, summed
+from flatpunch.stresses.rectangle import corner, summed
+from flatpunch.stresses.uniform_cells import Rule, convolved, fields_of_squares
 
-_CELLS, _NODES = 12, 7
-"""Cells to the distance of a point, half as many for the estimate of the error, and Chebyshev nodes in an octave of depth; they
-leave about 1e-5 of the local stress."""
+_FINE = Rule(cells=12, cut=1, window=6, across=4, down=8)
+"""How finely fields are evaluated, which leaves about 1e-6 of the pressure."""
 
-_RIM = 8
-"""Cells around the points on a plane: the end of a cubic spline changes it by .27 to this power inside."""
+_COARSE, _CHECK = replace(_FINE, cells=6), Rule(cells=20, cut=2, window=80, across=5, down=10)
+"""The rule for cells twice as wide, and a finer one, whose difference to the first is the error under uniform squares."""
 
+_EXACT = 64
+"""Points at which that is found: squares up to a window of 80 are summed one by one."""
 
-_SWAP = np.array([1, 0, 2, 4, 3, 5, 7, 6, 8])
-"""Components after exchanging x and y."""
+_TRIED = 1500
+"""Points at which fields are calculated again on cells twice as wide, at most."""
+
+_RIM = 16
+"""Cells around the points on a plane: the end of a spline of order five changes it by .43 to this power inside."""
+
+_FINEST, _MOST = 64**2, 512**2
+"""Cells into which those of a prescribed pressure are cut, at most: where the surface has no closed form for squares, and for
+what layers add."""
+
+_ROUNDER = (1 / 12 - 1 / (4 * np.pi)) / 2
+"""Share of a disc in the four cells around it with which it has the second moments of the square."""
 
 
 def _moments(low: float, high: float) -> list[float]:
@@ -67,12 +80,16 @@ def _halved(load: Array) -> Array:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
-    """Pressure and traction [Pa] of square cells, shape (ny, nx), their side and the centre of the grid [m]."""
+    """Pressure and traction [Pa] of square cells, shape (ny, nx), their side and the centre of the grid [m].
+
+    They are `uniform` squares, or values of a smooth pressure at their centres.
+    """
 
     pressure: Array
     traction: Array
     spacing: float
     center: tuple[float, float]
+    uniform: bool = False
 
     @property
     def x(self) -> Array:
@@ -91,9 +108,14 @@ class Cells:
         """Total load [N]."""
         return float(self.pressure.sum()) * self.spacing**2
 
-    def split(self, most: int) -> Cells:
-        """Each cell cut into squares, so that there are at most `most` in all."""
-        count = max(1, int(np.sqrt(most / self.pressure.size)))
+    def acting(self, direction: float, upper: bool) -> list[tuple[Array, float | None, float]]:
+        """Loads that are not zero [Pa], their directions, None for the pressure, and their signs."""
+        # the friction of the lower body acts backwards on the upper one
+        both = (self.pressure, None, 1.0), (self.traction, direction, -1.0 if upper else 1.0)
+        return [each for each in both if np.any(each[0])]
+
+    def split(self, count: int) -> Cells:
+        """Each cell cut into `count` times `count` squares, to be taken as values of a pressure."""
         pressure, traction = (
             values.repeat(count, axis=0).repeat(count, axis=1) for values in (self.pressure, self.traction)
         )
@@ -111,12 +133,12 @@ class Cells:
         """Without empty rows and columns around."""
         loaded = (self.pressure != 0) | (self.traction != 0)
         if not loaded.any():
-            return Cells(np.zeros((1, 1)), np.zeros((1, 1)), self.spacing, self.center)
+            return replace(self, pressure=np.zeros((1, 1)), traction=np.zeros((1, 1)))
         rows, columns = np.flatnonzero(loaded.any(axis=1)), np.flatnonzero(loaded.any(axis=0))
         top, bottom, left, right = rows[0], rows[-1] + 1, columns[0], columns[-1] + 1
         place = float(self.x[left] + self.x[right - 1]) / 2, float(self.y[top] + self.y[bottom - 1]) / 2
         part = slice(top, bottom), slice(left, right)
-        return Cells(self.pressure[part], self.traction[part], self.spacing, place)
+        return replace(self, pressure=self.pressure[part], traction=self.traction[part], center=place)
 
 
 def cell_fields(
@@ -124,15 +146,25 @@ def cell_fields(
 ) -> tuple[Array, Array, float]:
     """Stress (6, n), displacement (3, n) and the estimated error of stress over the largest pressure.
 
-    The estimate is twice what cells twice as wide change, at up to 1500 of the points: beside the rim of a contact, at the
-    surface, the error falls only like the root of their width. Where the rim is within a cell is chance, so points close to
-    the surface are moved by a cell as well. `coarser` is the load solved on such cells; without it pairs of cells are joined.
+    The estimate for uniform squares is twice what a finer rule changes at some of the points. Otherwise it is twice what cells
+    twice as wide change: beside the rim of a contact, at the surface, the error falls only like the root of their width. Where
+    the rim is within a cell is chance, so points close to the surface are moved by a cell as well. `coarser` is the load solved
+    on such cells; without it pairs of cells are joined.
     """
     cells = cells.cropped
+    largest = max(float(np.abs(cells.pressure).max()), float(np.abs(cells.traction).max()))
+    if cells.uniform and _squares_at(at):
+        some = _spread(x.size, _EXACT)
+        found = fields_of_cells(cells, at, x, y, direction)
+        part = Located(at.body, some, at.depth[some], at.layer[some], at.upper)
+        apart = np.abs(found[:6, some] - fields_of_cells(cells, part, x[some], y[some], direction, _CHECK)[:6])
+        error = 2 * np.nanmax(apart, initial=0.0) / largest if largest > 0 else 0.0
+        return found[:6], found[6:], ROUNDING + float(error)
+    if cells.uniform:
+        cells = cells.split(max(1, int(np.sqrt(_FINEST / cells.pressure.size))))
     found = fields_of_cells(cells, at, x, y, direction)
+    some = _spread(x.size, _TRIED)
     wide = cells.joined() if coarser is None else coarser.cropped
-    # points at which cells twice as wide are tried for the estimate of the error
-    some = np.unique(np.linspace(0, x.size - 1, min(x.size, 1500)).round().astype(int))
     shallow = some[at.depth[some] < wide.spacing]
     shift = wide.spacing * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])
     tried = np.concatenate([some, *(shallow for _ in shift[1:])])
@@ -142,19 +174,23 @@ def cell_fields(
     fine = found[:6, some]
     if shallow.size:
         fine = fields_of_cells(cells, part, *place, direction)[:6]
-    coarse = fields_of_cells(wide, part, *place, direction, _CELLS // 2)[:6]
-    largest = max(float(np.abs(cells.pressure).max()), float(np.abs(cells.traction).max()))
+    coarse = fields_of_cells(wide, part, *place, direction, _COARSE)[:6]
     error = 2 * float(np.abs(coarse - fine).max()) / largest if largest > 0 else 0.0
     return found[:6], found[6:], error
 
 
-def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: float, fineness: int = _CELLS) -> Array:
+def _spread(size: int, count: int) -> Indices:
+    """Some of `size` points, at most `count`."""
+    return np.unique(np.linspace(0, size - 1, min(size, count)).round().astype(int))
+
+
+def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: float, rule: Rule = _FINE) -> Array:
     """All nine components at the points, shape (9, n)."""
     result = np.empty((9, x.size))
     half_x, half_y = (n * cells.spacing / 2 for n in cells.pressure.shape[::-1])
     beside = np.maximum(np.abs(x - cells.center[0]) - half_x, np.abs(y - cells.center[1]) - half_y)
     distance = np.maximum(at.depth, beside)
-    octave = np.floor(np.log2(np.maximum(distance / (fineness * cells.spacing), 0.5))).astype(int) + 1
+    octave = np.floor(np.log2(np.maximum(distance / (rule.cells * cells.spacing), 0.5))).astype(int) + 1
     # from this octave on, the load is one cell wide
     one = max(cells.pressure.shape).bit_length() + 1
     far = np.flatnonzero(octave >= one)
@@ -167,11 +203,56 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
             wide, times = wide.joined(), times + 1
         for layer in np.unique(at.layer[octave == m]):
             here = np.flatnonzero((octave == m) & (at.layer == layer))
-            for chosen, low, high in _slabs(at, int(layer), at.depth[here], wide.spacing, fineness if m > 0 else 0):
-                points = here[chosen]
-                depths, weights = nodes_or_points(at.depth[points], low, high, _NODES)
-                planes = _on_planes(wide, at, depths, int(layer), x[points], y[points], direction)
-                result[:, points] = sum(plane * weights[:, i] for i, plane in enumerate(planes))
+            part = Located(at.body, here, at.depth[here], np.full(here.size, layer), at.upper)
+            if m == 0 and cells.uniform and _squares_at(at):
+                result[:, here] = _close(cells, part, x[here], y[here], direction, rule)
+            else:
+                first = (rule.cells if m > 0 else 0.5) * wide.spacing
+                result[:, here] = _in_slabs(wide, part, first, x[here], y[here], direction, rule)
+    return result
+
+
+def _squares_at(at: Located) -> bool:
+    """Whether the surface of a body has a closed form for squares."""
+    return not at.body.power_law and isinstance(surface_part(at.body), SurfacePart)
+
+
+def _close(cells: Cells, at: Located, x: Array, y: Array, direction: float, rule: Rule) -> Array:
+    """Components at points of one layer close to uniform squares: in the half-space of the surface, and what layers add."""
+    result = np.zeros((9, x.size))
+    if at.layer[0] == 0:
+        part = surface_part(at.body)
+        assert isinstance(part, SurfacePart)
+        place = x - cells.x[0], y - cells.y[0], at.depth
+        for load, along, sign in cells.acting(direction, at.upper):
+            result += sign * fields_of_squares(load, part, cells.spacing, along, place, rule)
+    if at.body.layers:
+        # what layers add in the first one comes from its lower face and looks like a source above the surface
+        top = float(interfaces(at.body)[0])
+        vary = float((2 * top - at.depth if at.layer[0] == 0 else at.depth).min())
+        most = int(np.sqrt(_MOST / cells.pressure.size))
+        parts = rule.cut * (1 + min(int(_FINE.cells * cells.spacing / vary), most))
+        result += _in_slabs(cells.split(parts), at, top, x, y, direction, rule, layered=True)
+    return result
+
+
+def _in_slabs(
+    cells: Cells,
+    at: Located,
+    first: float,
+    x: Array,
+    y: Array,
+    direction: float,
+    rule: Rule,
+    layered: bool = False,
+) -> Array:
+    """Components at points of one layer from planes at Chebyshev nodes of octaves of depth, the first one down to `first`."""
+    result = np.empty((9, x.size))
+    layer = int(at.layer[0])
+    for points, low, high in _slabs(at, layer, at.depth, cells.spacing, first):
+        depths, weights = nodes_or_points(at.depth[points], low, high, rule.down)
+        planes = _on_planes(cells, at, depths, layer, x[points], y[points], direction, layered)
+        result[:, points] = sum(plane * weights[:, i] for i, plane in enumerate(planes))
     return result
 
 
@@ -194,22 +275,21 @@ def _as_nine_discs(cells: Cells, at: Located, x: Array, y: Array, direction: flo
     )
     place = (x - dx[:, None]).ravel(), (y - dy[:, None]).ravel()
     result = np.zeros((9, x.size))
-    # the friction of the lower body acts backwards on the upper one
-    for load, unit in ((cells.pressure, (1.0, 0.0)), (cells.traction, (0.0, -1.0 if at.upper else 1.0))):
-        if load.any():
-            disc = UniformDisc(width / np.sqrt(np.pi))
-            found = round_fields(disc, nine, *place, pressure=unit[0], traction=unit[1], direction=direction)
-            shares = (along @ load @ across.T).ravel() / count**2
-            result += np.einsum("j,ijn->in", shares, found.reshape(len(found), shares.size, -1))
+    disc = UniformDisc(width / np.sqrt(np.pi))
+    for load, along_x, sign in cells.acting(direction, at.upper):
+        pressure, traction = (1.0, 0.0) if along_x is None else (0.0, sign)
+        found = round_fields(disc, nine, *place, pressure=pressure, traction=traction, direction=direction)
+        shares = (along @ load @ across.T).ravel() / count**2
+        result += np.einsum("j,ijn->in", shares, found.reshape(len(found), shares.size, -1))
     return result
 
 
-def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Iterator[tuple[Indices, float, float]]:
-    """Points by octaves of depth within their layer, from half a cell on, or from `count` cells at points that far away."""
+def _slabs(at: Located, layer: int, z: Array, spacing: float, first: float) -> Iterator[tuple[Indices, float, float]]:
+    """Points by octaves of depth within their layer, the first of which ends at the depth `first`."""
     faces = np.concatenate([[0.0], interfaces(at.body), [np.inf]])
     start, limit = float(faces[layer]), float(faces[layer + 1])
     z = np.clip(z, start, limit)
-    end = max(2 * start, (count or 0.5) * spacing)
+    end = max(2 * start, first)
     if at.body.power_law and (z > 0).any():
         # stresses along the surface go like a power of depth, however far from the load
         # cell widths below the surface of a power-law half-space down from which depths are divided into octaves
@@ -226,9 +306,9 @@ def _slabs(at: Located, layer: int, z: Array, spacing: float, count: int) -> Ite
 
 
 def _on_planes(
-    cells: Cells, at: Located, depths: Array, layer: int, x: Array, y: Array, direction: float
+    cells: Cells, at: Located, depths: Array, layer: int, x: Array, y: Array, direction: float, layered: bool
 ) -> Iterator[Array]:
-    """Components at points of the planes of several depths, one after the other, shape (9, n)."""
+    """Components at points of the planes of several depths, shape (9, n); `layered`: only what layers add."""
     h = cells.spacing
     # the plane's grid in units of the cells: first and last centres around the points
     column, row = (x - cells.x[0]) / h, (y - cells.y[0]) / h
@@ -239,43 +319,52 @@ def _on_planes(
     across = np.arange(first_x - nx + 1, last_x + 1)
     along = np.arange(first_y - ny + 1, last_y + 1)
     shape = last_y - first_y + 1, last_x - first_x + 1
-    acting = [(load, shear) for load, shear in ((cells.pressure, False), (cells.traction, True)) if np.any(load)]
-    kernels = [_kernels(at, depths, layer, across, along, h, direction if shear else None) for _, shear in acting]
+    acting = cells.acting(direction, at.upper)
+    kernels = [_kernels(at, depths, layer, across, along, h, along_x, layered) for _, along_x, _ in acting]
     where = np.stack([row - first_y, column - first_x])
     for _ in depths:
         planes = np.zeros((9, *shape))
-        for (load, shear), kernel in zip(acting, kernels, strict=True):
-            sign = -1 if shear and at.upper else 1
-            planes += sign * _convolved(load, next(kernel), shape)
-        yield np.stack([scipy.ndimage.map_coordinates(each, where, order=3, mode="nearest") for each in planes])
-
-
-def _convolved(load: Array, kernel: Array, shape: tuple[int, int]) -> Array:
-    size = tuple(scipy.fft.next_fast_len(n, real=True) for n in kernel.shape[1:])
-    spectrum = scipy.fft.rfft2(load, size)
-    full = scipy.fft.irfft2(scipy.fft.rfft2(kernel, size) * spectrum, size)
-    ny, nx = load.shape
-    return np.asarray(full[:, ny - 1 : ny - 1 + shape[0], nx - 1 : nx - 1 + shape[1]])
+        for (load, _, sign), kernel in zip(acting, kernels, strict=True):
+            planes += sign * convolved(load, next(kernel), shape)
+        yield np.stack([scipy.ndimage.map_coordinates(each, where, order=5, mode="nearest") for each in planes])
 
 
 def _kernels(
-    at: Located, depths: Array, layer: int, across: Array, along: Array, h: float, direction: float | None
+    at: Located,
+    depths: Array,
+    layer: int,
+    across: Array,
+    along: Array,
+    h: float,
+    direction: float | None,
+    layered: bool,
 ) -> Iterator[Array]:
     """Fields of one loaded cell at offsets (in cells), shape (9, ny, nx), depth by depth.
 
     What layers add is found for all depths at once: most of its time goes into the waves below them, which is the same for all.
     """
     disc, shear = UniformDisc(h / np.sqrt(np.pi)), direction is not None
-    r, which, angles = _polar(across, along, h)
+    r, which, angles = _polar(_longer(across), _longer(along), h)
     places = np.tile(r, depths.size), np.repeat(depths, r.size), np.full(r.size * depths.size, layer)
     added = layered_part(at.body, disc, *places, shear)
-    shape = along.size, across.size
+    shape = along.size + 2, across.size + 2
     for i, z in enumerate(depths.tolist()):
         mine = i * r.size + which
-        found = _components(added[:, mine], angles, direction).reshape(-1, *shape)
-        if split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
+        found = _squared(_components(added[:, mine], angles, direction).reshape(-1, *shape))
+        if not layered and split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
             found += _split_off_part(at, z, across, along, h, direction)
         yield found
+
+
+def _longer(offsets: Array) -> Array:
+    return np.arange(offsets[0] - 1, offsets[-1] + 2)
+
+
+def _squared(discs: Array) -> Array:
+    """Smooth fields of a square from those of discs on one more offset all around."""
+    middle = discs[:, 1:-1, 1:-1]
+    around = discs[:, 2:, 1:-1] + discs[:, :-2, 1:-1] + discs[:, 1:-1, 2:] + discs[:, 1:-1, :-2]
+    return middle + _ROUNDER * (around - 4 * middle)
 
 
 def _polar(across: Array, along: Array, h: float) -> tuple[Array, Indices, Array]:
@@ -299,13 +388,5 @@ def _split_off_part(at: Located, z: float, across: Array, along: Array, h: float
         r, which, angles = _polar(across, along, h)
         functions = part.of_load(UniformDisc(h / np.sqrt(np.pi)), r, np.full(r.size, z), direction is not None)
         return _components(functions[:, which], angles, direction).reshape(-1, along.size, across.size)
-    mu, nu = part.constants
-    x = (np.append(across, across[-1] + 1) - 0.5) * h
-    y = (np.append(along, along[-1] + 1) - 0.5) * h
-    gx, gy = np.meshgrid(x, y)
-    if direction is None:
-        return part.kept_of_components(summed(normal_corner(gx, gy, z, mu, nu)))
-    found = np.cos(direction) * summed(shear_corner(gx, gy, z, mu, nu))
-    if np.sin(direction):
-        found += np.sin(direction) * summed(shear_corner(gy, gx, z, mu, nu)[_SWAP])
-    return part.kept_of_components(found)
+    x, y = ((np.append(each, each[-1] + 1) - 0.5) * h for each in (across, along))
+    return part.kept_of_components(summed(corner(*np.meshgrid(x, y), z, *part.constants, direction)))

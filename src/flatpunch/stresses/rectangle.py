@@ -11,7 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import TINY, Array
+
+Depth = Array | float
+
+_SWAP = np.array([1, 0, 2, 4, 3, 5, 7, 6, 8])
+"""Components after exchanging x and y."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,7 +25,7 @@ class _Corner:
 
     x: Array
     y: Array
-    z: float
+    z: Depth
     r: Array
     log_x: Array
     log_y: Array
@@ -32,8 +37,8 @@ class _Corner:
     a_yy: Array
 
 
-def _corner(x: Array, y: Array, z: float) -> _Corner:
-    r = np.sqrt(x * x + y * y + z * z)
+def _corner(x: Array, y: Array, z: Depth) -> _Corner:
+    r = np.sqrt(x * x + y * y + z * z + TINY)
     log_x, over_x = _log_and_inverse(x, y, z, r)
     log_y, over_y = _log_and_inverse(y, x, z, r)
     return _Corner(
@@ -47,19 +52,19 @@ def _corner(x: Array, y: Array, z: float) -> _Corner:
         over_x=over_x,
         over_y=over_y,
         solid=np.arctan2(x * y, z * r),
-        a_xx=np.arctan(y / x) - np.arctan(z * y / (x * r)),
-        a_yy=np.arctan(x / y) - np.arctan(z * x / (y * r)),
+        a_xx=np.arctan2(x * y * (r - z), x * x * r + z * y * y),
+        a_yy=np.arctan2(x * y * (r - z), y * y * r + z * x * x),
     )
 
 
-def _log_and_inverse(x: Array, y: Array, z: float, r: Array) -> tuple[Array, Array]:
+def _log_and_inverse(x: Array, y: Array, z: Depth, r: Array) -> tuple[Array, Array]:
     """ln(x + r) and 1/(r (x + r)) without cancellation at negative x."""
-    rest = y * y + z * z
-    total = np.where(x > 0, x + r, rest / (r - x))
+    rest = y * y + z * z + TINY
+    total = np.where(x > 0, x + r, rest / (r + abs(x)))
     return np.log(total), 1 / (r * total)
 
 
-def normal_corner(x: Array, y: Array, z: float, mu: float, nu: float) -> Array:
+def _normal_corner(x: Array, y: Array, z: Depth, mu: float, nu: float) -> Array:
     """Stress (xx, yy, zz, yz, xz, xy) and displacement (x, y, z) under the pressure 1; shape (9, ...)."""
     c = _corner(x, y, z)
     second_x, second_y = x * c.over_y, y * c.over_x
@@ -78,7 +83,7 @@ def normal_corner(x: Array, y: Array, z: float, mu: float, nu: float) -> Array:
     ) / (2 * np.pi)
 
 
-def shear_corner(x: Array, y: Array, z: float, mu: float, nu: float) -> Array:
+def _shear_corner(x: Array, y: Array, z: Depth, mu: float, nu: float) -> Array:
     """Corner function under a traction 1 along x."""
     c = _corner(x, y, z)
     deep = 1 / (c.r + z)
@@ -95,6 +100,16 @@ def shear_corner(x: Array, y: Array, z: float, mu: float, nu: float) -> Array:
             -((1 - 2 * nu) * _integrated(c, c.a_xx, y, c.log_y, x) + z * c.log_y) / (2 * mu),
         ]
     ) / (2 * np.pi)
+
+
+def corner(x: Array, y: Array, z: Depth, mu: float, nu: float, direction: float | None) -> Array:
+    """Corner function under the pressure 1, or under a traction 1 in a direction."""
+    if direction is None:
+        return _normal_corner(x, y, z, mu, nu)
+    found = np.cos(direction) * _shear_corner(x, y, z, mu, nu)
+    if np.sin(direction):
+        found += np.sin(direction) * _shear_corner(y, x, z, mu, nu)[_SWAP]
+    return np.asarray(found)
 
 
 def _potential(c: _Corner) -> Array:

@@ -20,9 +20,6 @@ _CHECKED = 4
 """Points at which round loads are calculated a second time: so many of those closest to the rim and to the middle of the load,
 of those with the largest stresses, and of all."""
 
-_FINEST = 64**2
-"""Cells into which a prescribed pressure on fewer is cut: what layers add is that of a disc in the place of each."""
-
 
 class Source(Protocol):
     """A load that knows its fields."""
@@ -139,6 +136,6 @@ def prescribed_sources(loads: Sequence[Load], friction: float) -> list[Source]:
             found.append(RoundSource(UniformDisc(load.radius), load.pressure, traction, load.center))
         else:
             pressure, traction_of_cells = load.cells
-            cells = Cells(pressure, traction_of_cells + friction * pressure, load.spacing, load.center)
-            found.append(CellSource(cells.split(_FINEST)))
+            along = traction_of_cells + friction * pressure
+            found.append(CellSource(Cells(pressure, along, load.spacing, load.center, uniform=True)))
     return found
