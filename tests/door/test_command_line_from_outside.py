@@ -125,7 +125,7 @@ def test_arguments_of_all_sorts(arguments, case):
 
 def shell(command, case, **environment):
     """Run in a shell, so that streams can be closed."""
-    flatpunch = f"{sys.executable} -m flatpunch.cli"
+    flatpunch = f"{sys.executable} -m flatpunch"
     done = subprocess.run(
         ["bash", "-c", command.replace("flatpunch", flatpunch).replace("CASE", str(case))],
         capture_output=True,

@@ -273,7 +273,7 @@ def test_an_interrupt_of_a_parallel_batch_is_told_once(late, tmp_path):
         (folder / f"c{i:03}.csv").symlink_to(EXAMPLES / "thin_gel.csv")
     command = ["fit", str(folder), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--workers", "2"]
     with subprocess.Popen(
-        [sys.executable, "-m", "flatpunch.cli", *command],
+        [sys.executable, "-m", "flatpunch", *command],
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -308,7 +308,7 @@ def test_a_folder_whose_workers_are_killed_is_fitted(tmp_path):
     command = ["fit", str(folder), str(EXAMPLES / "thin_gel.toml"), "-o", str(out), "--workers", "2"]
     killed = set()
     with subprocess.Popen(
-        [sys.executable, "-m", "flatpunch.cli", *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+        [sys.executable, "-m", "flatpunch", *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     ) as run:
         while len(killed) < 2 and run.poll() is None:
             for worker in _workers(run.pid):

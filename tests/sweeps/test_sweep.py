@@ -244,7 +244,7 @@ def test_an_interrupted_study_goes_on(case, tmp_path):
     command = ["sweep", str(case), "--vary", "indenter.radius=1um:2um:6", "-o", str(nc), "--workers", "2"]
     store = tmp_path / "study.points"
     with subprocess.Popen(
-        [sys.executable, "-m", "flatpunch.cli", *command], stderr=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, "-m", "flatpunch", *command], stderr=subprocess.PIPE, text=True, start_new_session=True
     ) as process:
         end = time.monotonic() + 60
         while not (store.exists() and len(list(store.glob("[!.]*.npz"))) >= 1):
