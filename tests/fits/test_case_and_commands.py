@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from flatpunch.cli.fit import _announce
 from flatpunch.files import CaseError, load, read_case
 from flatpunch.fits import Curve, Free, Settings, fit
 from flatpunch.fits.batch import fit_batch
@@ -236,3 +237,11 @@ def test_a_drift_needs_a_homogeneous_layer_on_top():
     case = FitCase("fibres", fibres, Sphere(5e-6), {YOUNG: Free()}, Settings())
     with pytest.raises(ValueError, match=r"layers\[0\] must be a homogeneous layer"):
         drift(Curve(np.linspace(0, 1e-7, 20), np.linspace(0, 1e-9, 20)), case)
+
+
+def test_a_fit_that_takes_minutes_says_so_before_it_starts(capsys):
+    case = read_fit_case(EXAMPLES / "thin_gel.toml")
+    _announce(case)
+    assert capsys.readouterr().err == ""
+    _announce(replace(case, settings=replace(case.settings, method="bem")))
+    assert capsys.readouterr().err == "This fit takes about a minute.\n"

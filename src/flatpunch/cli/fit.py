@@ -134,6 +134,15 @@ def read(
     write_all((plot, drawn("fits.reading:measured_figure", measured, loaded, style=style)))
 
 
+def _announce(case: FitCase) -> None:
+    """Say before a fit that it takes minutes."""
+    from flatpunch.files.descriptions import duration
+    from flatpunch.fits.case import seconds_of
+
+    if (seconds := seconds_of(case)) >= 60:
+        typer.echo(f"This fit takes {duration(seconds)}.", err=True)
+
+
 def check_order(curve: Path, case: Path | None) -> None:
     """Refuse the case file in the place of the curve."""
     if case is not None and curve.suffix == ".toml" and case.suffix != ".toml":
@@ -160,6 +169,7 @@ def _fit_together(
     shared = {name: free for name, free in case.free.items() if name not in case.own}
     own = {name: case.free[name] for name in case.own}
     settings = {name: value for name, value in case.arguments.items() if name != "quick"}
+    _announce(case)
     result = fit_together(read_measured(case), case.medium, case.indenter, shared, own, **settings)
     _finish(result, case, output, plot, profile, posterior, style)
 
@@ -236,6 +246,7 @@ def _fit_one(
     from flatpunch.fits.measured.files.readers import read_curve
 
     curve = read_curve(path, **case.reading)
+    _announce(case)
     try:
         with progress("Fitting", 1) as step:
             step(curve.name)

@@ -167,7 +167,7 @@ def _stresses_take(case: Case, solving: float) -> str:
     seconds = solving if case.indenter.round else max(solving, 3.0)
     if not case.indenter.round and compliance(case.medium).graded:
         seconds = max(seconds, 100.0)
-    return "" if _duration(seconds) == _duration(solving) else f"; its stresses {_duration(seconds)}"
+    return "" if duration(seconds) == duration(solving) else f"; its stresses {duration(seconds)}"
 
 
 def _design(case: Case, design: DesignCase, solving: float) -> str:
@@ -178,7 +178,7 @@ def _design(case: Case, design: DesignCase, solving: float) -> str:
     numbers, starts = (
         f"{n} {word}{'s' if n > 1 else ''}" for n, word in ((len(design.vary), "number"), (design.starts, "start"))
     )
-    return f"{numbers} varied from {starts}, {_duration(contacts * each)}"
+    return f"{numbers} varied from {starts}, {duration(contacts * each)}"
 
 
 def _graded_seconds(case: Case) -> float:
@@ -194,10 +194,11 @@ def _graded_seconds(case: Case) -> float:
 
 def takes(memory: float, seconds: float) -> str:
     """Memory [bytes] and time [s] in words; the memory beside that of the program itself for a small case."""
-    return f"at most {memory / 1e6:.0f} MB of memory, {_duration(seconds)}"
+    return f"at most {memory / 1e6:.0f} MB of memory, {duration(seconds)}"
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
+    """A time [s] in words."""
     return next((said for limit, said in _TIMES if seconds < limit), "hours")
 
 

@@ -367,13 +367,13 @@ def describe_fit(case: FitCase) -> Iterator[str]:
         "exact" if exact or case.film else "known to some tenths of a per cent" if series else "as good as the method"
     )
     yield f"Expected  forces of the model {forces}; the result has intervals of its values"
-    yield f"Takes     {takes(_MEMORY, _seconds(case))}"
+    yield f"Takes     {takes(_MEMORY, seconds_of(case))}"
     if case.plan:
         for i, line in enumerate(plan_of(case).summary().splitlines()):
             yield f"{'Planned' if i == 0 else '':<9} {line}"
 
 
-def _seconds(case: FitCase) -> float:
+def seconds_of(case: FitCase) -> float:
     """Time of the first curve: tables over the shape of the problem, with six nodes along each of its free numbers."""
     if case.sample.adhesive or case.sample.relaxing:
         return 1.0
