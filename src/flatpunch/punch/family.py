@@ -37,19 +37,19 @@ TOLERANCE = 1e-10
 """Tail above which a panel is halved; a tenth of it is below rounding, ten times as much shows in slopes."""
 
 
-_WIDTHS = np.array([4, 2, 1, 2])
-"""Widths of panels in quarters of a decade, with growing radius; wider ones are halved, narrower ones solve more radii."""
+_WIDTHS = np.array([8, 4, 2, 1, 4])
+"""Widths of panels in eighths of a decade, with growing radius; twice as wide they are halved, half as wide solves more radii."""
 
 _DECADE = int(_WIDTHS[0])
 
 _UNIT = np.log(10) / _DECADE
 """Unit of the widths in ln beta."""
 
-_NODES = {1: 16}
-"""Nodes by width, `NODES` of the others: 16 leave as little on narrow panels, 1e-14 to 1e-12 of flat and edge responses."""
+_NODES = {_DECADE: NODES, 4: NODES, 2: 16, 1: 12}
+"""Nodes by width: 16 and 12 leave as little on narrow panels, 1e-14 to 1e-12 of flat and edge responses."""
 
 
-_ENDS = np.array([0.1, 4.0, RESOLVED])
+_ENDS = np.array([0.1, 4.0, 12.0, 1.06 * RESOLVED])
 """Effective beta at the end of a half decade above which panels have the next of the widths."""
 
 
@@ -70,16 +70,16 @@ def panels(
     def edges(x: Array) -> Array:
         first, last = (np.floor(end / (_DECADE * _UNIT)) for end in (x.min(), x.max()))
         unit = np.arange(_DECADE * first, _DECADE * (last + 1))
-        width = _WIDTHS[np.searchsorted(bounds, unit // 2, side="right")]
+        width = _WIDTHS[np.searchsorted(bounds, unit // 4, side="right")]
         return np.asarray(np.append(np.unique(unit // width * width), unit[-1] + 1) * _UNIT)
 
     def beyond(low: float) -> bool:
         """Whether the contacts of a panel that begins here are too wide to resolve the shortest length."""
-        return bool(low > (2 * bounds[-1] - 0.5) * _UNIT)
+        return bool(low > (4 * bounds[-1] - 0.5) * _UNIT)
 
     def nodes(low: float, high: float) -> int:
         # nodes beyond the resolved lengths, where functions are nearly powers of beta and 1e-8 is enough
-        return 10 if beyond(low) else _NODES.get(round((high - low) / _UNIT), NODES)
+        return 10 if beyond(low) else _NODES[round((high - low) / _UNIT)]
 
     def rough(piece: Piece) -> bool:
         # more on graded media, whose responses are interpolated to 2e-12 and differentiated for edges, and beyond the resolved
@@ -97,7 +97,7 @@ def _bounds(kernel: Kernel) -> Array:
         # radii of any size cost the same
         return np.full(_ENDS.size, np.inf)
     with np.errstate(divide="ignore"):
-        return np.asarray(np.ceil(np.log(_ENDS / np.float64(effective_beta(kernel, 1.0))) / (2 * _UNIT) - 1))
+        return np.asarray(np.ceil(np.log(_ENDS / np.float64(effective_beta(kernel, 1.0))) / (4 * _UNIT) - 1))
 
 
 def polynomials_on(parts: list[tuple[Piece, Indices]], logs: Array) -> Array:
