@@ -26,6 +26,7 @@ THINGS = [
     fp.RadialProfile(R, R**2),
     fp.HeightMap(R - 5e-7, R - 5e-7, ((R[:, None] - R[24]) ** 2 + (R - R[24]) ** 2) * 1e6),
     fp.Refined(),
+    fp.BoundaryElements(grid=64),
     fp.Strength(yield_stress=1e9),
     fp.Curve(depth=R, force=R),
     fp.pull_off(GEL, fp.Sphere(5e-6), work_of_adhesion=1e-4),

@@ -204,7 +204,11 @@ class Argument(NamedTuple):
 @functools.cache
 def arguments(made_by: Any) -> dict[str, Argument]:
     """Declared arguments of a class or function; those of a constructor that a class defines may be declared at its fields."""
-    hints = get_type_hints(made_by.__dict__.get("__init__", made_by), include_extras=True)
+    try:
+        hints = get_type_hints(made_by.__dict__.get("__init__", made_by), include_extras=True)
+    except NameError:
+        # a class with types of rooms that are loaded when it solves (a method of contact) declares no numbers
+        return {}
     if isinstance(made_by, type):
         hints |= {name: hint for name, hint in get_type_hints(made_by, include_extras=True).items() if number_in(hint)}
     found = {}
