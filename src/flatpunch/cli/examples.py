@@ -48,7 +48,7 @@ EXAMPLES: dict[str, tuple[str, str]] = {
     ),
     "stress": (
         "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml --plot knee.png",
-        "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml -o knee.nc --csv knee.csv",
+        "flatpunch stress demo-results/hard_coating_on_steel.toml -o coating.nc --csv coating.csv",
     ),
     "rough": (
         "flatpunch rough demo-results/rough/rough_carbon_on_steel.toml --plot carbon.png",
