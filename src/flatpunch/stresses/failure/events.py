@@ -145,8 +145,9 @@ class Judged:
             )
 
     def interval(self, event: Event, radius: float) -> float:
-        """Longest interval of depth [m] of the grid in the layer of an event, if this is not on its face."""
-        return 0.0 if event.of_face else float(np.diff(self._inside(event.layer, radius)).max())
+        """Interval of depth [m] over which the place of an event is refined first: a little more than the grid's longest."""
+        top, bottom = np.append(self.tops, np.inf)[event.layer : event.layer + 2]
+        return 0.0 if event.of_face else 0.15 * min(float(bottom - top), DEEPEST * max(radius, float(top) / 2))
 
     def depths(self, i: int, radius: float) -> Array:
         """Depths of the grid in one layer under a contact of that radius [m]; its lower face is the last if it has one."""
