@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import re
+import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -88,8 +90,18 @@ def _loaded(path: Path) -> dict[str, Array]:
         return {name: np.asarray(array, dtype=float) for name, array in arrays.items()}
     except Unreadable:
         raise
-    # NumPy, `zipfile` and `zlib` raise any type on damaged archives: sizes that overflow, unknown kinds of compression
-    except Exception:
+    # what NumPy, `zipfile` and `zlib` raise on damaged archives: sizes that overflow, unknown kinds of compression
+    except (
+        OSError,
+        EOFError,
+        ValueError,
+        TypeError,
+        MemoryError,
+        ArithmeticError,
+        NotImplementedError,
+        BadZipFile,
+        zlib.error,
+    ):
         raise ValueError(
             f"{path.name} is no readable NumPy archive of numbers; numpy.savez(path, x=x, y=y, z=z) writes one."
         ) from None

@@ -24,7 +24,7 @@ from flatpunch._support.paths import Plain
 from flatpunch._support.reading import Unreadable, as_path, content, is_file, is_folder, shown_path, text_content
 from flatpunch._support.whole_file import BrokenSeal, made_folder, remove_left, sealed, unsealed, write_whole
 from flatpunch._version import __version__
-from flatpunch.files.units import registry
+from flatpunch.files.units import NO_UNIT, registry
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.files.contents import LARGEST, by_number
 from flatpunch.fits.measured.files.readers import AFM, EXCEL, TEXT, curves_in, read_curve
@@ -110,8 +110,7 @@ def values_in(path: Path, items: Sequence[Place], numbers: Mapping[str, Record])
 def _scale(unit: str, in_si: str) -> float:
     try:
         return float(registry().Quantity(1, unit).to(in_si.replace("^", "**")).magnitude)
-    # texts that are no units end in pint's own errors and in those of Python's tokenizer
-    except Exception:
+    except NO_UNIT:
         raise ValueError(f"values: the unit {shown(unit)} is none of {in_si or 'a plain number'}.") from None
 
 

@@ -83,8 +83,8 @@ def _whole_case(fields: Mapping[str, str]) -> FitCase | None:
     """The case of the form; None where it is not complete yet."""
     try:
         return _case(fields)
-    # the check of the form, which runs with it, names whatever is wrong or missing beside its field
-    except Exception:
+    except (TypeError, ValueError):
+        # the check of the form, which runs with it, names what is wrong or missing beside its field
         return None
 
 
