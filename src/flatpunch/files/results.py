@@ -12,7 +12,7 @@ import itertools
 import json
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +20,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import shown
+from flatpunch._support.endings import RESULTS, listed
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import RESULT, Unreadable, as_path, content, shown_path
 from flatpunch._support.whole_file import BrokenSeal, NotWritten, sealed, unsealed, write_whole
-from flatpunch.files.vtk import ENDINGS, vtk_bytes
+from flatpunch.files.maps import arrays, gap_text
+from flatpunch.files.vtk import vtk_bytes
 
 _STAMP = "flatpunch_version"
 _STRUCTURE = "# structure: "
@@ -57,8 +59,10 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     result : xarray.Dataset
         What `indent`, `fields`, `sensitivity` and so on returned.
     path : path
-        Target; the ending chooses the format: ".nc" (NetCDF 4) or ".csv" (text, metadata as comments on top). Fields may also
-        be written for ParaView and other programs, which `load` does not read back: ".vtu" (meshio) or ".vts" (pyvista).
+        Target; the ending chooses the format: ".nc" (NetCDF 4) or ".csv" (text, metadata as comments on top). For other programs,
+        which `load` does not read back: ".vtu" (by meshio) or ".vts" (pyvista), for ParaView, of fields and of rough contacts
+        with their fields. The latter also ".npz" (x, y, pressure, gap and displacement) and ".txt" (the gap as a matrix of
+        heights, rows along y, which SurfaceTopography, Gwyddion and `read_topography` open), of the last step.
     outlines : bool
         Whether a CSV holds the contact outlines too, one column for each polar angle; NetCDF always does.
 
@@ -83,17 +87,15 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     'gel.nc'
     """
     path = as_path("path", path)
-    kind = path.suffix.lower()
-    if kind not in ENDINGS:
-        _format(path)
+    kind = _format(path, _WRITERS)
     if not hasattr(result, "data_vars"):
         raise TypeError(f"result = {shown(result)} must be a data set, as indent returns it.")
-    if kind in ENDINGS:
-        try:
-            return write(path, vtk_bytes(result, kind))
-        except ValueError as error:
-            raise ResultError(f"{shown_path(path)}: {error}") from None
-    return write(path, sealed(netcdf(result)) if kind == ".nc" else to_csv(result, outlines=outlines).encode("utf-8"))
+    try:
+        written = _WRITERS[kind](result, outlines)
+    except (ValueError, OSError) as error:
+        # OSError: libraries for VTK write to a folder for temporary files
+        raise ResultError(f"{shown_path(path)}: {error}") from None
+    return write(path, written)
 
 
 def netcdf(result: xr.Dataset) -> bytes:
@@ -121,6 +123,16 @@ def digest(result: xr.Dataset) -> str:
         content = "\0".join(map(str, values.ravel().tolist())).encode() if values.dtype.kind not in "fiub" else None
         sha.update(np.ascontiguousarray(values).tobytes() if content is None else content)
     return sha.hexdigest()
+
+
+_WRITERS: dict[str, Callable[[xr.Dataset, bool], bytes]] = {
+    ".nc": lambda result, outlines: sealed(netcdf(result)),
+    ".csv": lambda result, outlines: to_csv(result, outlines=outlines).encode("utf-8"),
+    ".vtu": lambda result, outlines: vtk_bytes(result, ".vtu"),
+    ".vts": lambda result, outlines: vtk_bytes(result, ".vts"),
+    ".npz": lambda result, outlines: arrays(result),
+    ".txt": lambda result, outlines: gap_text(result),
+}
 
 
 def write(path: Path, content: bytes) -> Path:
@@ -156,7 +168,7 @@ def load(path: str | Path) -> xr.Dataset:
     True
     """
     path = as_path("path", path)
-    kind = _format(path)
+    kind = _format(path, RESULTS)
     try:
         written = content(path, RESULT)
         found = from_netcdf(written) if kind == ".nc" else from_csv(written.decode("utf-8"))
@@ -191,12 +203,11 @@ def from_netcdf(written: bytes) -> xr.Dataset:
     return found
 
 
-def _format(path: Path) -> str:
+def _format(path: Path, known: Container[str]) -> str:
     kind = path.suffix.lower()
-    if kind not in (".nc", ".csv"):
+    if kind not in known:
         raise ResultError(
-            f"{shown_path(path)}: results are kept as .nc (NetCDF) or .csv; the ending {shown(kind or 'is missing and')} is "
-            "neither."
+            f"{shown_path(path)}: results are kept as {listed(RESULTS)}; the ending {shown(kind or 'is missing and')} is neither."
         )
     return kind
 
