@@ -213,13 +213,13 @@ def _format(path: Path, known: Container[str]) -> str:
 
 
 def to_csv(result: xr.Dataset, *, outlines: bool = True) -> str:
-    """Return a dataset as CSV text: comments, one line of column names, one line a step, point, parameter or layer.
+    """Return a dataset as CSV text: comments, one line of column names, a line for each step, point, parameter or layer.
 
     Variables over these are one column; those over further dimensions too, as outlines are, one column for each entry of these.
     Outlines may be left out. All else (coordinates, other variables, attributes, types) is in the line "structure", as JSON.
     """
     if not outlines and "step" in result.dims:
-        result = result.drop_dims([name for name in result.dims if name != "step"])
+        result = result.drop_dims([name for name in result.dims if name not in _rows(result)])
     out = io.StringIO()
     for line in _preamble(result):
         out.write(" ".join(line.splitlines()) + "\n")
@@ -272,10 +272,10 @@ def _structure(result: xr.Dataset) -> Plain:
 
 
 def _rows(result: xr.Dataset) -> tuple[str, ...]:
-    """Dimensions whose combinations are the lines of a table: `step`, or else those that most variables have."""
-    if "step" in result.dims:
-        return ("step",)
+    """Dimensions whose combinations are the lines of a table: parameters of a study and steps, or those of most variables."""
     counts = Counter(tuple(map(str, variable.dims)) for variable in result.data_vars.values())
+    if "step" in result.dims:
+        return min((dims for dims in counts if "step" in dims), key=len, default=("step",))
     return max(counts, key=lambda dims: (counts[dims], -len(dims)), default=())
 
 
@@ -291,6 +291,11 @@ def _columns(result: xr.Dataset) -> Iterator[tuple[str, NDArray[np.generic]]]:
     count = int(np.prod([result.sizes[name] for name in rows]))
     one = rows[0] if len(rows) == 1 and rows[0] in result.coords else None
     yield (one or "row"), (np.arange(count) if one is None else result[one].values)
+    if one is None:
+        places = np.indices([result.sizes[name] for name in rows]).reshape(len(rows), count)
+        yield from (
+            (name, result[name].values[at]) for name, at in zip(rows, places, strict=True) if name in result.coords
+        )
     for name, variable in result.data_vars.items():
         if not set(rows) <= set(variable.dims):
             continue
@@ -323,7 +328,7 @@ def from_csv(text: str) -> xr.Dataset:
     lines_of = tuple(structure.get("rows", ["step"]))
     sizes = structure.get("sizes") or {"step": structure["steps"]}
     sizes |= {name: len(kept["values"]) for name, kept in structure["coords"].items() if "values" in kept}
-    position, variables = 1, {}
+    position, variables = len({"row", *structure["coords"]} & set(rows[0])), {}
     for name, kept in structure["variables"].items():
         if "values" in kept:
             variables[name] = (kept["dims"], np.array(kept["values"], dtype=kept["dtype"]), kept["attrs"])
