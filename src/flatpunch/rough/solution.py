@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from flatpunch._support.checks import ROUNDING, Array, Flags
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator.convolution import SINGLE_FLOOR, build_operator
+from flatpunch.bem.operator.convolution import SINGLE_FLOOR, Operator, build_operator
 from flatpunch.bem.operator.periodic import periodic_operator
 from flatpunch.bem.solver.active_set import State, punch_stiffness
 from flatpunch.bem.solver.levels import COARSEST
@@ -160,8 +160,7 @@ class Case:
 
     def _stiffness(self, contact: Flags, moved: float, tolerance: float) -> tuple[float, float]:
         """dF/dd and -dF/d(mean gap) [N/m], from the flat punch under the contact."""
-        # the error of the stiffness is the square of that of the displacement under the punch
-        punch, stiffness, _, _ = punch_stiffness(self.level.inner, contact, max(SINGLE_FLOOR, tolerance**0.5))
+        stiffness, closing = flat_stiffness(self.level.inner, contact, tolerance)
         if stiffness == 0:
             return 0.0, 0.0
         full = bool(contact.all())
@@ -169,7 +168,6 @@ class Case:
             # flat already: the mean pressure alone moves it
             return (self.topography.area / self.uniform if self.uniform > 0 else np.inf), np.inf
         unit = self.kernel.modulus * self.topography.spacing
-        closing = 1 - float(self.level.inner.apply(punch).mean())
         by_depth = 1 / (stiffness * unit) + moved / self.topography.area
         return (1 / by_depth if by_depth > 0 else np.inf), (np.inf if full else stiffness * unit / closing)
 
@@ -207,13 +205,25 @@ def case_of(kernel: Kernel, topography: Topography, uniform: float, *, by_depth:
 
 def _level(kernel: Kernel, grid: Grid, height: Array, periodic: tuple[bool, bool], uniform: float) -> Level:
     """Operators on a grid, and on ever wider cells as long as there are many of them; `uniform` as of `periodic_operator`."""
-    operator = periodic_operator(kernel, grid, periodic, uniform) if any(periodic) else build_operator(kernel, grid)
+    operator = operator_of(kernel, grid, periodic, uniform)
     coarser = None
     if grid.nx % 2 == grid.ny % 2 == 0 and min(grid.shape) >= 2 * COARSEST:
         (ny, nx) = (n // 2 for n in grid.shape)
         wider = height.reshape(ny, 2, nx, 2).mean(axis=(1, 3)) / 2
         coarser = _level(kernel, Grid(nx, ny, 2 * grid.spacing), wider, periodic, uniform)
     return Level(operator, operator.single(), height, coarser)
+
+
+def operator_of(kernel: Kernel, grid: Grid, periodic: tuple[bool, bool], uniform: float) -> Operator:
+    """Operator where a surface repeats or ends; `uniform` as of `periodic_operator`."""
+    return periodic_operator(kernel, grid, periodic, uniform) if any(periodic) else build_operator(kernel, grid)
+
+
+def flat_stiffness(operator: Operator, contact: Flags, tolerance: float) -> tuple[float, float]:
+    """Stiffness of the flat punch under the cells in contact [E* cells], and what its depth closes the mean gap by."""
+    # the error of the stiffness is the square of that of the displacement under the punch
+    punch, stiffness, _, _ = punch_stiffness(operator, contact, max(SINGLE_FLOOR, tolerance**0.5))
+    return stiffness, 1 - float(operator.apply(punch).mean())
 
 
 def required(topography: Topography) -> int:
