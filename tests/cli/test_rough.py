@@ -159,3 +159,13 @@ def test_other_commands_name_this_one(case):
         done = run(command, path)
         assert done.exit_code == 2
         assert f"flatpunch rough {path}" in done.output.replace("\n", "")
+
+
+def test_hardness_of_a_surface_in_a_case_file(case):
+    path = case(f'hardness = "2 kPa"\n{BODY}{SURFACE}[control]\npressure = "100 Pa"\n')
+    read = read_rough_case(path)
+    assert read.hardness == 2e3
+    assert float(read.solve().max_pressure[0]) <= 2e3
+    done = run("rough", case(f'hardness = "2 kPa"\n{BODY}{BEADS}[control]\nforce = "1 nN"\n'))
+    assert done.exit_code == 2
+    assert "asperities are elastic" in done.output
