@@ -59,7 +59,7 @@ _INSIDE = {
     "stresses": [
         {"bodies", "loads", "rectangle"},
         {"axisymmetric"},
-        {"uniform_cells"},
+        {"uniform_cells", "one_cell"},
         {"cells"},
         {"sources"},
         {"contact_sources"},
