@@ -2,9 +2,9 @@
 A sphere that hits a coated plate
 =================================
 
-How long does a steel sphere touch a coated plate on which it falls, and how large is its force? As long as the impact is slow against
-the waves in both bodies, the force is that of the static contact of the same depth (Hertz 1882), and the energy of motion is what the
-contact takes up: v^2 = V^2 - 2 W(d)/m.
+How long does a steel sphere touch a coated plate on which it falls, and how large is its force? As long as the impact is slow
+against the waves in both bodies, the force is that of the static contact of the same depth (Hertz 1882), and the energy of
+motion is what the contact takes up: v^2 = V^2 - 2 W(d)/m.
 """
 
 import matplotlib.pyplot as plt

@@ -2,9 +2,10 @@
 Water that leaves a gel
 =======================
 
-A bead is pressed into a swollen gel and held: the force falls while water flows out of the way. At once the gel is incompressible,
-at the end the water carries nothing and the network alone is left, compressible. Both ends are elastic contacts, on a layer too; the
-course between them is known for half-spaces (Hu, Zhao, Vlassak and Suo, Applied Physics Letters 96, 2010, 121904).
+A bead is pressed into a swollen gel and held: the force falls while water flows out of the way. At once the gel is
+incompressible, at the end the water carries nothing and the network alone is left, compressible. Both ends are elastic
+contacts, on a layer too; the course between them is known for half-spaces (Hu, Zhao, Vlassak and Suo, Applied Physics Letters
+96, 2010, 121904).
 """
 
 import matplotlib.pyplot as plt
@@ -33,8 +34,8 @@ def course(time, shear, poisson, diffusivity):
 
 
 # %%
-# A test of an hour with 0.5 % of noise, and what a fit finds: the beginning gives the shear modulus, the end Poisson's ratio of the
-# network, and the time between them the diffusivity of the water.
+# A test of an hour with 0.5 % of noise, and what a fit finds: the beginning gives the shear modulus, the end Poisson's ratio of
+# the network, and the time between them the diffusivity of the water.
 time = np.geomspace(0.5, 3600, 120)
 measured = course(time, SHEAR, POISSON, DIFFUSIVITY) * (1 + 0.005 * np.random.default_rng(1).standard_normal(time.size))
 found, covariance = scipy.optimize.curve_fit(
@@ -62,8 +63,8 @@ ax.legend(loc="center left")
 plt.show()
 
 # %%
-# On a layer that is bonded to glass only the ends are known. Their ratio is 2 (1 - nu) on a half-space, and grows where the layer
-# is thin, as an incompressible one can only flow aside: the same network relaxes much further.
+# On a layer that is bonded to glass only the ends are known. Their ratio is 2 (1 - nu) on a half-space, and grows where the
+# layer is thin, as an incompressible one can only flow aside: the same network relaxes much further.
 for thickness in (10e-3, 1e-3, 0.3e-3):
     forces = []
     for nu in (0.5, POISSON):

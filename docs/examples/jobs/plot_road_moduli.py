@@ -2,9 +2,9 @@
 Moduli of a road from a deflection bowl
 =======================================
 
-A falling weight presses a road with 0.7 MPa on a disc of 150 mm radius, and sensors measure how far its surface sinks up to 1.8 m away.
-Which moduli do its layers have? The bowl is one of the AMADEUS benchmark of pavement programs (European Commission, 2000): 161 mm
-of asphalt on 260 mm of gravel on the ground.
+A falling weight presses a road with 0.7 MPa on a disc of 150 mm radius, and sensors measure how far its surface sinks up to
+1.8 m away. Which moduli do its layers have? The bowl is one of the AMADEUS benchmark of pavement programs (European
+Commission, 2000): 161 mm of asphalt on 260 mm of gravel on the ground.
 """
 
 import matplotlib.pyplot as plt
@@ -32,8 +32,8 @@ def bowl(moduli):
 
 
 # %%
-# Least squares of the relative deviations, over the logarithms of the moduli. The standard deviations are those that the scatter
-# of the nine readings leaves: the far sensors know the ground well, the gravel is known least.
+# Least squares of the relative deviations, over the logarithms of the moduli. The standard deviations are those that the
+# scatter of the nine readings leaves: the far sensors know the ground well, the gravel is known least.
 found = scipy.optimize.least_squares(
     lambda logs: bowl(np.exp(logs)) / SUNK - 1, np.log([3e9, 3e8, 1e8]), diff_step=1e-5, x_scale=0.1
 )
@@ -44,8 +44,8 @@ for name, modulus, relative in zip(("asphalt", "gravel", "ground"), moduli, shar
     print(f"{name}: {modulus / 1e6:.0f} MPa, standard deviation {100 * relative:.0f} %")
 
 # %%
-# Deviations of up to 2.7 % that change their sign along the bowl are no noise of the sensors: the ground is not one material down to
-# infinity.
+# Deviations of up to 2.7 % that change their sign along the bowl are no noise of the sensors: the ground is not one material
+# down to infinity.
 figure, axes = plt.subplots(1, 2, figsize=(8.4, 3.4), layout="constrained")
 axes[0].plot(PLACE, SUNK * 1e6, "o", label="measured")
 axes[0].plot(PLACE, bowl(moduli) * 1e6, label="three layers")
