@@ -15,7 +15,7 @@ _FLOORS = [
     {"punch", "bem"},
     {"contact", "atlas", "kernels"},
     {"stresses", "rough"},
-    {"sensitivities"},
+    {"sensitivities", "conduction"},
     {"designs"},
     {"files", "plots"},
     {"sweeps", "fits"},
