@@ -19,6 +19,7 @@ from .contact import (
     SecondOrder,
     adhesion_loop,
     indent,
+    partial_slip,
     pressure,
     pull_off,
 )
@@ -199,6 +200,7 @@ __all__ = [
     "homogenised",
     "indent",
     "load",
+    "partial_slip",
     "peak_stresses",
     "plot_curve",
     "plot_design",
