@@ -20,6 +20,7 @@ from .contact import (
     SecondOrder,
     adhesion_loop,
     indent,
+    partial_slip,
     pressure,
     pull_off,
 )
@@ -201,6 +202,7 @@ __all__ = [
     "homogenised",
     "indent",
     "load",
+    "partial_slip",
     "peak_stresses",
     "plot_curve",
     "plot_design",
