@@ -10,6 +10,7 @@ from . import media as media
 from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliances import compliance
+from .conduction import conductance
 from .contact import (
     BoundaryElements,
     Exact,
@@ -19,6 +20,7 @@ from .contact import (
     SecondOrder,
     adhesion_loop,
     indent,
+    partial_slip,
     pressure,
     pull_off,
 )
@@ -184,6 +186,7 @@ __all__ = [
     "cite",
     "compare_formulas",
     "compliance",
+    "conductance",
     "correct",
     "critical_load",
     "critical_loads",
@@ -199,6 +202,7 @@ __all__ = [
     "homogenised",
     "indent",
     "load",
+    "partial_slip",
     "peak_stresses",
     "plot_curve",
     "plot_design",

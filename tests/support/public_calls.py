@@ -162,6 +162,17 @@ CALLS = {
             "range_of_action": 1e-10,
         },
     ),
+    "partial_slip": (
+        fp.partial_slip,
+        {
+            "medium": BODY,
+            "indenter": BALL,
+            "friction": 0.3,
+            "radius": [1e-7, 2e-7],
+            "tangential_force": 0.0,
+            "places": 3,
+        },
+    ),
     "flat_punch": (fp.flat_punch, {"medium": BODY, "radius": 1e-6}),
     "FlatPunch.pressure": (fp.flat_punch(BODY, 1e-6).pressure, {"r": 1e-7}),
     "FlatPunch.moment": (fp.flat_punch(BODY, 1e-6).moment, {"exponent": 1.0}),

@@ -40,7 +40,7 @@ Rates = Callable[[Array, Sequence[Array]], Array]
 def carry_through_graded(layer: AnyLayer, below: Array, k: Array, scale: float) -> Array:
     """Flexibility at the upper face of `layer` from `below`, the one at its lower face; shape (2, 2, n)."""
     decay = Decay.of(layer)
-    depth = np.minimum(layer.thickness, decay.depth_of(SATURATION / k))
+    depth = decay.depth_of(SATURATION / k)
     start = below.copy()
     hidden = depth < layer.thickness
     if hidden.any():
