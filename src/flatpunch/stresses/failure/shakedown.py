@@ -30,10 +30,10 @@ from flatpunch.stresses.failure.events import Judged
 from flatpunch.stresses.failure.strength import Strength
 from flatpunch.stresses.points import fields, von_mises
 
-_WIDTH, _ACROSS = 2.5, 51
+_WIDTH, _ACROSS = 2.5, 41
 """Half side of the planes over the contact radius, and points along it."""
 
-_DEPTHS = 24
+_DEPTHS = 20
 """Depths of each layer, from which the largest is refined."""
 
 _METRIC = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
@@ -142,7 +142,7 @@ def shakedown_load(medium: Body, indenter: Indenter, strengths: Strengths, *, fr
     log = (
         low
         if low == high
-        else scipy.optimize.brentq(lambda at: problem.worst(math.exp(at)).utilisation - 1, low, high, xtol=1e-6)
+        else scipy.optimize.brentq(lambda at: problem.worst(math.exp(at)).utilisation - 1, low, high, xtol=1e-5)
     )
     force = math.exp(log)
     worst = problem.refined(force, problem.worst(force))
@@ -196,7 +196,7 @@ class _Problem:
         step = 0.1 * min(radius + worst.depth, bottom - top)
         depths = np.clip(worst.depth + step * np.linspace(-1, 1, 9), top, bottom * (1 - ROUNDING))
         planes = [(i, float(z)) for z in np.unique(depths)]
-        found = self._on_planes(force, radius, worst.judged, planes, 2 * _ACROSS)
+        found = self._on_planes(force, radius, worst.judged, planes, 3 * _ACROSS)
         return max(found, key=lambda each: each.utilisation)
 
     def _on_planes(
