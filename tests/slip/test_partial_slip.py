@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.special import j0, j1
 
 import flatpunch as fp
@@ -184,6 +185,31 @@ def test_force_is_that_of_rings_of_traction(kind):
     assert force == pytest.approx(float(found.tangential_force[0]), rel=3e-3)
 
 
+def test_slip_that_begins_in_the_middle_is_not_valid():
+    """Under a very stiff film the pressure makes the surface hollow along x in the middle: the force would exceed friction."""
+    stiff = fp.Medium([fp.Layer(3e12, 0.3, H)], base=SOFT)
+    a = 3 * H
+    found = fp.partial_slip(
+        stiff, TIPS["paraboloid"], friction=MU, radius=a, stick_radius=np.array([0.9, 0.3, 0.0]) * a
+    )
+    np.testing.assert_array_equal(found.valid, [True, False, False])
+    assert "no disc" in found.notes
+
+
+def test_picture_is_the_cycle_whose_energy_is_reported():
+    """Its area, through fifty steps."""
+    a = 2 * H
+    found = fp.partial_slip(FILM, TIPS["cone"], friction=MU, radius=a, stick_radius=np.linspace(1.0, 0.3, 50) * a)
+    axes = fp.plot_curve(found, Figure().add_subplot())
+    x, y = (np.asarray(each) for each in axes.get_lines()[0].get_data())
+    # shoelace, closed, in nanometres and millinewtons or what the labels say
+    area = abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
+    first = axes.get_lines()[1].get_data()
+    scale = first[0][-1] / found.displacement.values[-1] * first[1][-1] / found.tangential_force.values[-1]
+    # trapezoids through fifty steps
+    assert area / scale == pytest.approx(float(found.dissipated_energy[-1]), rel=2e-3)
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
@@ -198,6 +224,7 @@ def test_force_is_that_of_rings_of_traction(kind):
             {"tangential_force": 0.0, "medium": fp.Medium([fp.Layer(1e9, 0.3, H, bonded=False)], base=SOFT)},
             "slides without",
         ),
+        ({"tangential_force": 0.0, "radius": 400 * H}, "up to 300 of them"),
         ({"tangential_force": 0.0, "medium": fp.FreeLayer(1e9, 0.3, H)}, "lifts off"),
         ({"tangential_force": 0.0, "medium": fp.PowerLawHalfSpace(1e9, H, 1.0, 0.5)}, "vanishes at the surface"),
     ],
