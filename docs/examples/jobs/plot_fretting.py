@@ -3,8 +3,8 @@ Fretting of a coating
 =====================
 
 A rigid sphere is pressed on a hard coating and moved to and fro along it by a few hundred nanometres. It sticks in the middle and
-slips in a ring at the rim until it slides as a whole. Half-space formulas (Cattaneo, Mindlin) need one elastic body; here the coating and the softer base share the
-deformation, and share it differently under forces along the surface.
+slips in a ring at the rim until it slides as a whole. Half-space formulas (Cattaneo, Mindlin) need one elastic body; here the
+coating and the softer base share the deformation, and share it differently under forces along the surface.
 """
 
 import matplotlib.pyplot as plt
