@@ -122,7 +122,7 @@ integrations: $(VENV)/.installed-dev  ## Test with the programs that there are p
 	! $(PYTHON39) --version || { $(UV) venv --quiet --clear --python $(PYTHON39) $(OTHER)/slippy && \
 		$(UV) pip install --quiet --python $(OTHER)/slippy slippy==0.5.2; }
 	FLATPUNCH_SLIPPY=$$(ls $(CURDIR)/$(OTHER)/slippy/bin/python 2>/dev/null) $(OTHER)/integrations/bin/python -m pytest -q -n 0 -m 'not slow' \
-		tests/plugins tests/indenters/test_height_maps.py tests/files/test_vtk.py \
+		tests/plugins tests/indenters/test_height_maps.py tests/files/test_vtk.py tests/files/test_maps.py \
 		-k "not test_readme or docs/plugins" tests/test_readme.py
 
 picture: $(VENV)/.installed-test  ## Draw the pictures of README and docs again

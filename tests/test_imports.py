@@ -15,7 +15,7 @@ _FLOORS = [
     {"punch", "bem"},
     {"contact", "atlas", "kernels"},
     {"stresses", "rough"},
-    {"sensitivities"},
+    {"sensitivities", "conduction"},
     {"designs"},
     {"files", "plots"},
     {"sweeps", "fits"},
@@ -59,7 +59,7 @@ _INSIDE = {
     "stresses": [
         {"bodies", "loads", "rectangle"},
         {"axisymmetric"},
-        {"uniform_cells"},
+        {"uniform_cells", "one_cell"},
         {"cells"},
         {"sources"},
         {"contact_sources"},

@@ -10,6 +10,7 @@ from . import media as media
 from ._support.checks import FlatpunchWarning
 from ._version import __version__
 from .compliances import compliance
+from .conduction import conductance
 from .contact import (
     BoundaryElements,
     Exact,
@@ -185,6 +186,7 @@ __all__ = [
     "cite",
     "compare_formulas",
     "compliance",
+    "conductance",
     "correct",
     "critical_load",
     "critical_loads",

@@ -7,7 +7,7 @@ import pytest
 
 from flatpunch import indenters, media
 from flatpunch.bem import ContactTouchesEdge, Grid, required_bytes, solve
-from flatpunch.bem.bounding_box import Extent, find_extent
+from flatpunch.bem.bounding_box import Extent, _settled, find_extent
 from flatpunch.bem.grid import IndenterHeight
 from flatpunch.compliances import compliance
 
@@ -170,3 +170,10 @@ def test_the_contact_that_told_the_box_takes_the_place_of_the_coarsest_level(sid
     assert searched.coarser_force == pytest.approx(told.coarser_force, rel=2e-4)
     [small] = solve(HALF_SPACE, tip, depths=1e-7, grid=64, tolerance=1e-8)
     assert np.isfinite(small.coarser_force)
+
+
+def test_boxes_are_accepted_once_finer_grids_change_them_by_less_than_a_cell_or_a_tenth():
+    before = Extent((1.0, 0.01), (0.0, 0.0))
+    assert _settled(before, Extent((1.09, 0.015), (0.0, 0.0)), spacing=0.01)
+    assert not _settled(before, Extent((1.2, 0.015), (0.0, 0.0)), spacing=0.01)
+    assert not _settled(before, Extent((1.0, 0.03), (0.0, 0.0)), spacing=0.01)

@@ -1,21 +1,18 @@
 """`flatpunch rough`: case files of surfaces and of asperities, their refusals, results and pictures."""
 
 import matplotlib.image
+import meshio
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
 import flatpunch as fp
-from flatpunch.cli.app import app
+from flatpunch.files import vtk
 from flatpunch.files.rough import read_rough_case
+from support.commands import run
 
 BODY = 'layers = [{ young = "5 kPa", poisson = 0.45, thickness = "5 um" }]\nbase = { kind = "rigid" }\n'
 SURFACE = '[surface]\nkind = "self-affine"\ncells = 32\nspacing = "100 nm"\nrms_slope = 0.1\ncut_off = "800 nm"\n'
 BEADS = '[asperities]\ntip = { kind = "sphere", radius = "5 um" }\npositions = [["0 um", "0 um"], ["8 um", "0 um"]]\n'
-
-
-def run(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments], env={"COLUMNS": "120", "NO_COLOR": "1"})
 
 
 @pytest.fixture
@@ -42,6 +39,45 @@ def test_a_surface_is_solved_written_and_drawn(case, tmp_path):
     height, width, _ = matplotlib.image.imread(png).shape
     assert width > 2 * height > 800
     assert "patches" in done.output
+
+
+@pytest.fixture
+def gel(case):
+    return case(f'{BODY}{SURFACE}[control]\npressure = ["10 Pa", "100 Pa"]\n')
+
+
+@pytest.mark.long
+def test_maps_of_the_last_step(gel, tmp_path):
+    maps, points, text = (tmp_path / f"maps{ending}" for ending in (".NPZ", ".vtu", ".txt"))
+    for path in (maps, points, text):
+        run("rough", gel, "-o", path, exits=0)
+    direct = read_rough_case(gel).solve(last=True).isel(step=0)
+    with np.load(maps) as found:
+        for name in ("x", "y", "pressure", "gap", "displacement"):
+            np.testing.assert_array_equal(found[name], direct[name].values)
+        assert found["pressure"].mean() == pytest.approx(100.0)
+        np.testing.assert_array_equal(meshio.read(points).point_data["gap"], found["gap"].ravel())
+        heights = fp.read_topography(text).heights
+        # pandas reads to the last digit but one
+        np.testing.assert_allclose(heights, found["gap"], rtol=1e-15, atol=0)
+
+
+def test_maps_are_refused_before_the_surface_is_solved(gel, case, tmp_path, monkeypatch):
+    monkeypatch.setattr(type(read_rough_case(gel)), "solve", lambda self, last=False: pytest.fail("solved"))
+    monkeypatch.setattr(vtk, "find_spec", lambda name: None)
+    (tmp_path / "map.npz").symlink_to(gel)
+    (tmp_path / "folder.npz").mkdir()
+    for name, words in (
+        ("maps.gwy", "the ending must be .nc"),
+        ("maps.vtu", ".vtu files need meshio: pip install 'flatpunch[vtk]'"),
+        ("map.npz", "an input of the command"),
+        ("folder.npz", "is a folder"),
+        ("none/maps.txt", "does not exist. Make it first"),
+    ):
+        done = run("rough", gel, "-o", tmp_path / name, exits=2, columns=300)
+        assert words in done.output
+    beads = case(f'{BODY}{BEADS}[control]\ndepth = "1 nm"\n')
+    assert "asperities have no maps" in run("rough", beads, "-o", tmp_path / "beads.vtu", exits=2, columns=300).output
 
 
 @pytest.mark.long
@@ -97,8 +133,7 @@ def test_a_measured_surface(case, tmp_path):
     ],
 )
 def test_refusals(case, text, words):
-    done = run("rough", case(text))
-    assert done.exit_code == 2
+    done = run("rough", case(text), exits=2, columns=120)
     assert words in " ".join(done.output.split()), done.output
 
 
@@ -124,3 +159,13 @@ def test_other_commands_name_this_one(case):
         done = run(command, path)
         assert done.exit_code == 2
         assert f"flatpunch rough {path}" in done.output.replace("\n", "")
+
+
+def test_hardness_of_a_surface_in_a_case_file(case):
+    path = case(f'hardness = "2 kPa"\n{BODY}{SURFACE}[control]\npressure = "100 Pa"\n')
+    read = read_rough_case(path)
+    assert read.hardness == 2e3
+    assert float(read.solve().max_pressure[0]) <= 2e3
+    done = run("rough", case(f'hardness = "2 kPa"\n{BODY}{BEADS}[control]\nforce = "1 nN"\n'))
+    assert done.exit_code == 2
+    assert "asperities are elastic" in done.output

@@ -42,6 +42,12 @@ def test_a_limit_is_kept_and_named_where_it_stops():
     assert any("What stops it is the limit depth <= 6e-08 m" in note for note in found.notes)
 
 
+def test_misfit_of_what_cannot_be_reached_is_that_of_all_points():
+    impossible = fp.Target("stiffness", [50e3, 5e3], force=[1e-3, 2e-3])
+    found = fp.design(FILM, TIP, vary=YOUNG, objective=impossible, starts=1)
+    assert found.misfit == pytest.approx(np.sqrt(np.mean(np.log(found.achieved / found.wanted) ** 2)), rel=1e-9)
+
+
 @pytest.mark.slow
 def test_moduli_of_a_fine_stack_are_recovered():
     """From its force curve; on one start, as each takes tens of seconds."""

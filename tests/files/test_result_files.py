@@ -91,7 +91,8 @@ def test_new_files_get_the_usual_rights(result, tmp_path):
 
 def test_refusals_when_writing(result, tmp_path):
     for name, message in (
-        ("gel.txt", "the ending '.txt' is neither"),
+        ("gel.xyz", "the ending '.xyz' is neither"),
+        ("gel.txt", r"has no maps.*Write it as .nc \(NetCDF\) or .csv"),
         ("gel", "neither"),
         ("no/gel.nc", "cannot be written"),
     ):

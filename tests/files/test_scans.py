@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.files import scans
 
 RANDOM = np.random.default_rng(0)
 Z = RANDOM.random((24, 20))
@@ -138,3 +139,10 @@ def test_only_channels_of_heights_are_read(channels, tmp_path):
     ):
         with pytest.raises(ValueError, match=f"{words}.*Channels of heights: 1 .Height."):
             fp.read_topography(tmp_path / "scan.gwy", channel=index)
+
+
+def test_maps_that_unpack_to_too_much_are_refused_before_they_are_read(channels, tmp_path, monkeypatch):
+    (tmp_path / "scan.h5").write_bytes(b"\0")
+    monkeypatch.setattr(scans, "UNPACKED", 3000)
+    with pytest.raises(ValueError, match=r"scan.h5: channel 1, 'Height', unpacks to 0.00384 MB; at most 0.003 MB"):
+        fp.read_topography(tmp_path / "scan.h5")

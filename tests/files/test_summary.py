@@ -3,7 +3,11 @@
 import numpy as np
 
 import flatpunch as fp
-from flatpunch.files.descriptions import curve_table
+from flatpunch.files.descriptions import curve_table, takes
+
+
+def test_memory_is_said_in_megabytes():
+    assert takes(2.4e6, 0.1).startswith("at most 2 MB of memory, ")
 
 
 def test_areas_are_written_without_powers_of_ten():

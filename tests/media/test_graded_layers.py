@@ -1,5 +1,7 @@
 """Graded layers as data: what they accept, what they refuse and where, when two of them are the same medium."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -104,6 +106,7 @@ def test_breaks_of_a_table_lie_inside_the_layer():
 
 def test_power_law_half_space_limits_of_its_exponent():
     body = PowerLawHalfSpace(modulus=2e6, depth=0.1, exponent=1, poisson=0.5)
+    assert replace(body, exponent=0.5).young_at(np.array([0.1, 0.4])) == pytest.approx([2e6, 4e6])
     assert body.surface_modulus == pytest.approx(2e6 / 0.75, rel=1e-15)
     assert body.length == 0.1
     for exponent, poisson in ((1, 0.3), (-0.5, 0.2), (1.2, 0.5)):

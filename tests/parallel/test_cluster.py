@@ -124,3 +124,27 @@ def test_nothing_to_do_needs_no_cluster(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert solve_points(functions.square, [1], store=tmp_path, scheduler="tcp://127.0.0.1:1").fresh == 0
+
+
+class _WithoutWorkers:
+    status = "running"
+
+    def get_executor(self, *, pure):
+        pass
+
+    def nthreads(self):
+        return {}
+
+    def scheduler_info(self):
+        return {"address": "tcp://10.0.0.1:8786"}
+
+
+def test_a_short_time_without_workers_is_no_warning(monkeypatch):
+    now, team = [0.0], on_dask.Cluster(_WithoutWorkers())
+    monkeypatch.setattr(on_dask.time, "monotonic", lambda: now[0])
+    for now[0] in (0.0, 0.9 * on_dask.PATIENCE):
+        team.wait()
+    now[0] = 1.1 * on_dask.PATIENCE
+    with pytest.warns(FlatpunchWarning, match=r"All workers of the scheduler at tcp://10\.0\.0\.1:8786 are gone"):
+        team.wait()
+    team.wait()  # said once

@@ -238,3 +238,13 @@ def test_what_is_no_axes_and_no_step_is_refused(result):
     for step in (99, 0.5, "last"):
         with pytest.raises((TypeError, ValueError), match="step"):
             fp.plot_outline(result, indenter=TIP, step=step)
+
+
+def test_utilisation_is_drawn_as_stress_over_the_strength_of_each_layer(axes):
+    film = fp.Medium([fp.Layer(3e9, 0.3, 1e-6)], base=fp.HalfSpace(1e9, 0.3))
+    x, z = np.linspace(-2e-6, 2e-6, 5), np.array([0.3e-6, 0.7e-6, 1.5e-6])
+    inside = fp.fields(film, fp.Paraboloid(1e-5), x=x, y=0.0, z=z[:, None], force=1e-3)
+    fp.plot_fields(inside, quantity="utilisation", strengths=[fp.Strength(2e9), fp.Strength(0.5e9)], axes=axes)
+    map_ = axes.collections[0]
+    drawn, expected = map_.get_array(), inside.von_mises.values / np.array([[2e9], [2e9], [0.5e9]])
+    assert float(drawn.max()) == pytest.approx(float(expected.max()), rel=1e-6)

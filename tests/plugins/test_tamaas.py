@@ -46,6 +46,19 @@ def test_periodic_half_space_is_the_hosts(shape):
     np.testing.assert_allclose(own.displacement, theirs.displacement, rtol=0, atol=1e-12)
 
 
+def test_surfaces_of_this_package_are_taken_as_they_are():
+    """Heights of a random surface in Tamaas's own solver: the pressures of `rough_contact` on a half-space."""
+    rough = fp.self_affine(64, 1 / 64, rms_slope=0.1, cut_off=1 / 8)
+    before = rough.heights.copy()
+    model = _model(tamaas.model_type.basic_2d, rough.shape)
+    model.E, model.nu = 1.0, 0.3
+    tamaas.PolonskyKeerRey(model, rough.heights, 1e-12).solve(0.01)
+    np.testing.assert_array_equal(rough.heights, before)
+    ours = fp.rough_contact(BODY, rough, pressure=0.01, fields=True).pressure.values[0]
+    # both solve the same discrete problem, to 1e-7 of the gap here
+    np.testing.assert_allclose(ours, model.traction, rtol=0, atol=1e-5 * ours.max())
+
+
 @pytest.mark.parametrize("medium", [BODY, LAYER, FILM], ids=["half-space", "layer", "film"])
 def test_contact_on_a_layer(medium):
     """A paraboloid, pressed in without repetition: depth to 1e-3."""

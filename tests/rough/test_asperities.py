@@ -110,6 +110,21 @@ def test_hundreds_of_touching_asperities_converge():
         assert slope == pytest.approx(coupled.stiffness.values.mean(), rel=1e-4)
 
 
+def test_hundreds_share_a_force_that_one_alone_could_not_bear():
+    """Laws reach as deep as the depths that are found, not as deep as one asperity under the whole force."""
+    rng, side = np.random.default_rng(1), np.arange(20) * 2.2 * R
+    places = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2) + 0.3 * R * rng.random((400, 2))
+    body, heights = fp.Medium([fp.Layer(5e3, 0.45, 2 * R)], base=fp.RigidBase()), -0.1 * R * rng.random(400)
+    pressed = fp.asperities(body, fp.Sphere(R), places, heights, depth=[0.02 * R, 0.4 * R])
+    assert pressed.contacts.values.tolist() == pytest.approx([80, 400], abs=20)
+    assert pressed.gap[-1] > 0.5 * pressed.radius[-1].max()
+    back = fp.asperities(body, fp.Sphere(R), places, heights, force=pressed.force.values)
+    assert back.depth.values == pytest.approx(pressed.depth.values, rel=1e-6)
+    assert back.asperity_force.values == pytest.approx(pressed.asperity_force.values, rel=1e-6)
+    with pytest.raises(ValueError, match="beyond this indenter"):
+        fp.indent(body, fp.Sphere(R), force=pressed.force.values[-1])
+
+
 def test_mixed_tips_and_lower_ones_touch_later():
     body = BODIES["thick gel"]
     tips = [BALL, fp.Cone(0.2), fp.Sphere(5e-6)]

@@ -8,7 +8,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.media.paths import with_values
 from flatpunch.sensitivities.parameters import difference, parameters
-from flatpunch.sensitivities.spectrum import law_change
+from flatpunch.sensitivities.spectrum import _surface_change, law_change
 
 FILM = fp.Medium([fp.Layer(2.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.25))
 STACK = fp.Medium(
@@ -98,6 +98,23 @@ def test_against_differences_of_public_results(medium, tip, radius, accuracy):
                 parameter.path
             )
             assert float(at.radius_at_force) == pytest.approx(at_force[3], rel=accuracy, abs=accuracy), parameter.path
+
+
+@pytest.mark.parametrize(
+    "law",
+    [fp.LinearModulus(1.0, 3.0, 1.0), fp.ExponentialModulus(2.0, 3.0, 1.0), ([0.0, 0.4, 1.0], [1.0, 2.0, 3.0])],
+    ids=["linear", "exponential", "table"],
+)
+def test_the_surface_of_a_grading_changes_with_its_numbers(law):
+    body, tip = fp.Medium([fp.GradedLayer(law, 0.3, 1.0)], base=fp.HalfSpace(4.0, 0.25)), fp.Cone(0.2)
+    for parameter in parameters(body, tip):
+        if parameter.path.startswith("layers[0].") and parameter.kind != "thickness":
+            one, other = (
+                with_values(body, tip, {parameter.path: parameter.value * factor})[0].surface_modulus
+                for factor in (1 + 1e-6, 1 - 1e-6)
+            )
+            expected = np.log(one / other) / (2e-6 * parameter.value)
+            assert _surface_change(parameter, body) == pytest.approx(expected, abs=1e-8), parameter.path
 
 
 @pytest.mark.long

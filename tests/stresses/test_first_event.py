@@ -24,8 +24,8 @@ class _Jump:
     def turns(self, low, high):
         return []
 
-    def refined(self, event, size):
-        return Event("yield", 0, self.fine(size), (0.0, 0.0, 0.0))
+    def refined(self, events, size):
+        return [Event("yield", 0, self.fine(size), (0.0, 0.0, 0.0)) for _ in events]
 
     def follower(self, event, size):
         return lambda other: Event("yield", 0, self.fine(other), (0.0, 0.0, 0.0))

@@ -33,6 +33,21 @@ def test_spectrum_of_random_surfaces(hurst):
     assert flat[0] == pytest.approx(flat[1], rel=0.5)
 
 
+def test_heights_can_be_handed_to_other_programs():
+    """Tamaas takes arrays that are contiguous, aligned and writable, without a copy; what is written there is the surface."""
+    given = np.random.default_rng(0).random((16, 8)).T
+    rough = fp.Topography(given, 1e-7)
+    assert rough.heights.flags.carray
+    assert rough.heights.flags.owndata
+    before = hash(rough), rough.rms_height
+    rough.heights[:] *= 2
+    assert given.max() < 1
+    assert rough != fp.Topography(given, 1e-7)
+    assert rough == fp.Topography(2 * given, 1e-7)
+    assert hash(rough) != before[0]
+    assert rough.rms_height == pytest.approx(2 * before[1])
+
+
 def test_seeds_and_slopes():
     first, same, other = (fp.self_affine((16, 32), 1e-8, rms_slope=0.1, seed=seed) for seed in (1, 1, 2))
     assert first == same

@@ -208,8 +208,23 @@ def test_the_command(case, tmp_path):
 
 def test_the_output_may_be_a_table(case, tmp_path):
     good = ["sweep", case, "--vary", "indenter.radius=1um,2um", "--workers", 1]
-    assert run(*good, "-o", tmp_path / "a.csv", "--csv", tmp_path / "b.csv").exit_code == 0
-    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+    assert run(*good, "-o", tmp_path / "a.CSV", "--csv", tmp_path / "b.csv", "--contours").exit_code == 0
+    found = fp.load(tmp_path / "a.CSV")
+    assert dict(found.sizes) == {"indenter.radius": 2, "step": found.sizes["step"]}
+    save_table(found, tmp_path / "again.csv")
+    assert (tmp_path / "again.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+    # people find the varied values and the steps beside the numbers
+    lines = pd.read_csv(tmp_path / "a.CSV", comment="#")
+    assert list(lines)[:3] == ["row", "indenter.radius", "step"]
+    np.testing.assert_array_equal(lines["force [N]"], found.force.values.ravel())
+    np.testing.assert_array_equal(lines["indenter.radius"], np.repeat(found["indenter.radius"], found.sizes["step"]))
+
+
+def test_tables_of_studies_are_read_back(case, tmp_path):
+    """Failed points, texts of points and outlines among them."""
+    found = fp.sweep(case, {"indenter.radius": "1um, 2um", "layers.0.poisson": "0.3, 0.4"}, workers=1, contours=True)
+    assert fp.load(fp.save(found, tmp_path / "study.csv", outlines=True)).identical(found)
+    assert fp.load(fp.save(found, tmp_path / "study.csv")).identical(found.drop_dims("phi"))
 
 
 def test_the_command_refuses(case, tmp_path):

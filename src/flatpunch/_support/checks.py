@@ -255,7 +255,7 @@ def numbers(name: str, value: object, unit: str | None = None) -> Array:
     if array.size > NUMBERS:  # before it is copied: views may be of any size
         raise BadValue(name, "", f"has shape {array.shape}: {array.size} numbers, of which {NUMBERS} are the most.")
     with np.errstate(over="ignore"):  # of extended precision; infinite is refused by the caller
-        return np.array(array, dtype=float)
+        return np.array(array, dtype=float, order="C")
 
 
 def _from_sequence(name: str, value: Sequence[object], unit: str | None) -> Array:

@@ -1,8 +1,8 @@
 """Reading files from outside: regular files only, up to a size that is said, in one wording; and files of a running command.
 
 A pipe without a writer would never end, a device never stop; a file that is far too large would fill the memory first and
-be refused afterwards. Archives (.zip, .npz, .xlsx, force maps of JPK) are asked for their unpacked size before anything is
-unpacked.
+be refused afterwards. The unpacked sizes of archives (.zip, .npz, .xlsx, force maps of JPK) are checked before anything is
+unpacked, with one ceiling.
 
 None of the outputs of a command replaces a file that it reads, or another of its outputs. Inputs are noted where they are read,
 outputs where they are announced (`whole_file.check_target`), in either order. Files are compared by device and inode, so that
@@ -11,13 +11,21 @@ symbolic and hard links are seen through. Outside of commands nothing is noted: 
 
 from __future__ import annotations
 
+import io
+import lzma
 import os
 import stat
 import zipfile
-from collections.abc import Iterator
+import zlib
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from pathlib import Path
+from tokenize import TokenError
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from flatpunch._support.checks import shown
 
@@ -78,10 +86,8 @@ RESULT = 4_000_000_000
 """Largest file of this package's own results, finished points and tables that is read [bytes]."""
 
 UNPACKED = 250_000_000
-"""Largest size of all files of an archive together, and of one file of a map [bytes]; text takes 15 times as much memory."""
-
-MAP = 2_000_000_000
-"""Largest size of all files of a force map of JPK together [bytes]; its curves are read one by one."""
+"""Largest size that is unpacked at once [bytes]: all files of an archive, one file of a force map of JPK, one map of heights;
+text takes 15 times as much memory."""
 
 FILES = 200_000
 """Most files of an archive; force maps hold some for each curve."""
@@ -154,8 +160,13 @@ def text_content(path: Path, most: int) -> str:
         raise Unreadable("not a text file in UTF-8") from None
 
 
+DAMAGED = (OSError, EOFError, ValueError, RuntimeError, zipfile.BadZipFile, zlib.error, lzma.LZMAError)
+"""What `zipfile` raises on damaged archives: lists that are cut off, names that are no text, members that have a password or
+another kind of compression (RuntimeError)."""
+
+
 def check_archive(path: Path) -> None:
-    """Refuse archives that unpack to more than can be read, with the size; what is no archive is left to its reader.
+    """Refuse archives that unpack to more than can be read, with the sizes; what is no archive is left to its reader.
 
     Python unpacks no more than the sizes that an archive states, whatever it holds.
     """
@@ -166,15 +177,46 @@ def check_archive(path: Path) -> None:
                 return
             with zipfile.ZipFile(file) as archive:
                 entries = archive.infolist()
-    # what `zipfile` raises on damaged lists of files, and on kinds of archives that it does not read
-    except (OSError, ValueError, NotImplementedError, zipfile.BadZipFile):
+    except DAMAGED:
         raise Unreadable("damaged: its list of files cannot be read") from None
     if len(entries) > FILES:
         raise Unreadable(f"an archive of {len(entries)} files; at most {FILES} are read")
     largest = max(entries, key=lambda entry: entry.file_size, default=None)
-    total, most = sum(entry.file_size for entry in entries), MAP if path.suffix.lower().startswith(".jpk") else UNPACKED
-    if largest is not None and (total > most or largest.file_size > UNPACKED):
+    # the curves of a force map are read one by one
+    size = 0 if largest is None or not path.suffix.lower().startswith(".jpk") else largest.file_size
+    total = size or sum(entry.file_size for entry in entries)
+    if largest is not None and total > UNPACKED:
         raise Unreadable(
-            f"an archive that unpacks to {total / 1e6:.4g} MB, {shown_path(largest.filename)} alone to "
-            f"{largest.file_size / 1e6:.4g} MB; at most {most / 1e6:g} MB are read, and {UNPACKED / 1e6:g} MB of one file"
+            f"an archive that unpacks to {total / 1e6:.4g} MB, its file {shown_path(largest.filename)} alone to "
+            f"{largest.file_size / 1e6:.4g} MB; at most {UNPACKED / 1e6:g} MB are read"
         )
+
+
+def archived_arrays(body: bytes, names: Collection[str] | None = None) -> dict[str, NDArray[Any]]:
+    """Arrays in the bytes of a .npz file, all or those of some names; `Unreadable` where it is damaged."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(body)) as archive:
+            members = {name.removesuffix(".npy"): name for name in archive.namelist() if name.endswith(".npy")}
+            # a member is read whole: its checksum is compared at its end
+            return {
+                name: stored_array(archive.read(member))
+                for name, member in members.items()
+                if names is None or name in names
+            }
+    except Unreadable:
+        raise
+    except (*DAMAGED, LookupError):
+        raise Unreadable("damaged, or no NumPy archive") from None
+
+
+def stored_array(body: bytes) -> NDArray[Any]:
+    """Array in the bytes of a .npy file; `Unreadable` where it is damaged. Only the length of the data is checked."""
+    stream = io.BytesIO(body)
+    try:
+        found = np.lib.format.read_array(stream, allow_pickle=False)
+    # NumPy parses the head as Python, and makes room for the shape that stands there
+    except (EOFError, ValueError, TypeError, SyntaxError, LookupError, ArithmeticError, MemoryError, TokenError):
+        raise Unreadable("damaged, or no array of NumPy") from None
+    if stream.read(1):
+        raise Unreadable("damaged: longer than its array")
+    return np.asarray(found)

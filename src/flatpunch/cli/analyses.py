@@ -6,18 +6,20 @@ give a prescribed contact or the largest load.
 
 from __future__ import annotations
 
+import functools
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from flatpunch._support.endings import FIELDS, MAPS, RESULTS, listed
 from flatpunch.cli.terminal import (
     CaseFile,
     NetCDFOption,
     Output,
     PlotOption,
-    ResultOption,
     StyleOption,
     command,
     drawn,
@@ -104,31 +106,54 @@ _ASPERITIES = {"depth": "m", "force": "N", "stiffness": "N/m", "contacts": "", "
 @command("rough")
 def rough(
     case: CaseFile,
-    output: ResultOption = None,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            help=f"All steps: {listed(RESULTS)}; maps of a surface at the last step: {listed(FIELDS | MAPS)}.",
+        ),
+        Output((*RESULTS, *FIELDS, *MAPS)),
+    ] = None,
     plot: PlotOption = None,
     style: StyleOption = "screen",
 ) -> None:
     """Press a rough surface, or asperities at given places, into a body.
 
     A table [bold]surface[/bold] describes a random or measured surface, a table [bold]asperities[/bold] tips and their
-    places. The picture shows the area in contact beside theories, pressure, gap and patches of the last step.
+    places. Maps are pressure, gap and displacement of each cell; the picture shows the area in contact beside theories, and the
+    pressure, gap and patches of the last step.
     """
     from flatpunch.files import save
     from flatpunch.files.rough import read_rough_case
     from flatpunch.plots.result import save_figure
 
     read = read_rough_case(case)
+    maps = output is not None and output.suffix.lower() not in RESULTS
+    if output is not None and maps:
+        _check_maps(read, output)
+    last = functools.cache(functools.partial(read.solve, last=True))
     with progress(read.title or "Rough contact", 1) as step:
         step("solving")
         result = read.solve()
     _print_rough(read, result)
     write_all(
-        (output, lambda path: save(result, path)),
-        (plot, lambda path: save_figure(_rough_figure(read, result, style), path)),
+        (output, lambda path: save(last() if maps else result, path)),
+        (plot, lambda path: save_figure(_rough_figure(read, result, last, style), path)),
     )
 
 
-def _rough_figure(case: RoughCase, result: xr.Dataset, style: str) -> Figure:
+def _check_maps(case: RoughCase, output: Path) -> None:
+    """Refuse maps of asperities, and files without their library, before anything is solved."""
+    from flatpunch.files.vtk import check_library
+
+    if case.surface is None:
+        raise ValueError(f"--output {output}: asperities have no maps; the ending must be {listed(RESULTS)}.")
+    if (kind := output.suffix.lower()) in FIELDS:
+        check_library(kind)
+
+
+def _rough_figure(case: RoughCase, result: xr.Dataset, last: Callable[[], xr.Dataset], style: str) -> Figure:
     from flatpunch.plots.rough import asperities_figure, rough_figure
     from flatpunch.rough import rough_theories
 
@@ -136,7 +161,7 @@ def _rough_figure(case: RoughCase, result: xr.Dataset, style: str) -> Figure:
         assert case.asperities is not None
         return asperities_figure(result, case.asperities[1], title=case.title, style=style)
     theories = rough_theories(result, case.medium, case.surface) if all(case.surface.periodic) else None
-    return rough_figure(result, case.solve(last=True), theories, title=case.title, style=style)
+    return rough_figure(result, last(), theories, title=case.title, style=style)
 
 
 def _print_rough(case: RoughCase, result: xr.Dataset) -> None:

@@ -114,7 +114,7 @@ def _finish(
         out.print(line, style="red", markup=False, highlight=False, soft_wrap=True)
     drawable = picture[0] if failed < result["status"].size else None
     write_all(
-        (output, lambda path: (save_table if path.suffix == ".csv" else save)(result, path)),
+        (output, lambda path: save(result, path)),
         (csv, lambda path: save_table(result, path)),
         (drawable, lambda path: _draw(result, path, picture[1], quantity, step)),
     )

@@ -28,6 +28,7 @@ import typer
 from rich.console import Console
 
 from flatpunch._support.checks import FlatpunchWarning
+from flatpunch._support.endings import RESULTS, listed
 from flatpunch._support.messages import message, wants_traceback
 from flatpunch._support.reading import Conflict, command_files
 from flatpunch.cli.examples import examples
@@ -62,7 +63,7 @@ StyleOption = Annotated[
 ]
 PlotOption = Annotated[Path | None, typer.Option("--plot", help="Picture: .png, .pdf or .svg."), Output(PICTURES)]
 ResultOption = Annotated[
-    Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF) or .csv."), Output((".nc", ".csv"))
+    Path | None, typer.Option("--output", "-o", help=f"Result file: {listed(RESULTS)}."), Output(tuple(RESULTS))
 ]
 NetCDFOption = Annotated[
     Path | None, typer.Option("--output", "-o", help="Result file: .nc (NetCDF)."), Output((".nc",))

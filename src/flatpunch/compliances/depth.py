@@ -25,7 +25,7 @@ import scipy
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
 from flatpunch.compliances.layered import SATURATION, depth_functions, states_below
 from flatpunch.compliances.response import yielding
-from flatpunch.compliances.stack import Decay, attenuation, plane_at
+from flatpunch.compliances.stack import Decay, attenuation, interfaces, plane_at
 from flatpunch.compliances.transverse import Sheet, Solid, divided, flexibility_of, inverse, system_of
 from flatpunch.media import AnyLayer, Interface, Stack
 from flatpunch.media.plane import Plane, exponents, over
@@ -64,12 +64,31 @@ def waves_at(medium: Stack, k: Array, z: Array, layer: Indices, *, shear: bool =
     """
     # moduli and stresses over the shear modulus of the surface
     scale = float(1 / plane_at(medium, np.zeros(1), np.zeros(1, dtype=int)).shear[0])
-    parts = _parts(medium, k, z, layer, scale)
-    elastic = None if medium.base.rigid else over(scale, medium.base.plane)
-    _sweep_up(parts, elastic, k, scale)
-    below = np.flatnonzero(layer == len(medium.layers))
-    states, across = _sweep_down(parts, elastic, k, z, below, shear)
+    loads = 2 if shear else 1
+    states, across = np.zeros((4, loads, k.size, z.size)), np.zeros((2, k.size, z.size))
+    last = _last_reached(medium, k, z)
+    for end in np.unique(last).tolist():
+        here = last == end
+        parts = _parts(medium, k[here], z, layer, end, scale)
+        base = medium.parts[end] if end < len(medium.layers) else medium.base
+        elastic = None if base.rigid else over(scale, base.plane)
+        _sweep_up(parts, elastic, k[here], scale)
+        below = np.flatnonzero(layer == end)
+        states[:, :, here], across[:, here] = _sweep_down(parts, elastic, k[here], z, below, shear)
     return named_waves(states, across, plane_at(medium, z, layer), scale)
+
+
+def _last_reached(medium: Stack, k: Array, z: Array) -> Indices:
+    """The homogeneous layer, or the base, that is a half-space to each wave, which does not return from below it to any z.
+
+    They are rounded up to the base and to halves, quarters, ... of the layers above it, so that sweeps are few.
+    """
+    count = len(medium.layers)
+    reached = attenuation(medium, z).max(initial=0.0) + SATURATION / k
+    last = np.searchsorted(attenuation(medium, interfaces(medium)), reached, side="right")
+    ends = np.array([i for i in range(count) if not medium.layers[i].varies] + [count])
+    ends = ends[np.unique((ends.size - 1) // 2 ** np.arange(ends.size.bit_length() + 1))]
+    return np.asarray(ends[np.searchsorted(ends, last)])
 
 
 def decaying_waves(plane: Plane[float], k: Array, z: Array, *, shear: bool) -> Waves:
@@ -102,11 +121,11 @@ class _Part:
     lifted: Array = field(default_factory=lambda: np.zeros(0))
 
 
-def _parts(medium: Stack, k: Array, z: Array, layer: Indices, scale: float) -> list[_Part]:
-    """Layers from the surface down, graded ones in steps that begin and end at the given depths."""
+def _parts(medium: Stack, k: Array, z: Array, layer: Indices, count: int, scale: float) -> list[_Part]:
+    """The first `count` layers from the surface down, graded ones in steps that begin and end at the given depths."""
     parts: list[_Part] = []
     top = 0.0
-    for i, body in enumerate(medium.layers):
+    for i, body in enumerate(medium.layers[:count]):
         mine = np.flatnonzero(layer == i)
         if body.varies:
             above = float(attenuation(medium, np.array([top]))[0])

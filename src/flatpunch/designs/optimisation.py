@@ -69,7 +69,7 @@ class Design:
     at, wanted, achieved, before : ndarray, shape (n,)
         Depths or forces, prescribed values, those of the design and those of the case before [SI].
     misfit : float
-        Root of the mean square of the relative deviations; zero for the largest load.
+        Root of the mean square of the deviations, ln(achieved/wanted); zero for the largest load.
     minima : tuple of Minimum
         Different ends of the starts, the best first.
     notes : tuple of str

@@ -12,7 +12,7 @@ import itertools
 import json
 import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +20,12 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from flatpunch._support.checks import shown
+from flatpunch._support.endings import RESULTS, listed
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import RESULT, Unreadable, as_path, content, shown_path
 from flatpunch._support.whole_file import BrokenSeal, NotWritten, sealed, unsealed, write_whole
-from flatpunch.files.vtk import ENDINGS, vtk_bytes
+from flatpunch.files.maps import arrays, gap_text
+from flatpunch.files.vtk import vtk_bytes
 
 _STAMP = "flatpunch_version"
 _STRUCTURE = "# structure: "
@@ -57,8 +59,10 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     result : xarray.Dataset
         What `indent`, `fields`, `sensitivity` and so on returned.
     path : path
-        Target; the ending chooses the format: ".nc" (NetCDF 4) or ".csv" (text, metadata as comments on top). Fields may also
-        be written for ParaView and other programs, which `load` does not read back: ".vtu" (meshio) or ".vts" (pyvista).
+        Target; the ending chooses the format: ".nc" (NetCDF 4) or ".csv" (text, metadata as comments on top). For other programs,
+        which `load` does not read back: ".vtu" (by meshio) or ".vts" (pyvista), for ParaView, of fields and of rough contacts
+        with their fields. The latter also ".npz" (x, y, pressure, gap and displacement) and ".txt" (the gap as a matrix of
+        heights, rows along y, which SurfaceTopography, Gwyddion and `read_topography` open), of the last step.
     outlines : bool
         Whether a CSV holds the contact outlines too, one column for each polar angle; NetCDF always does.
 
@@ -83,17 +87,15 @@ def save(result: xr.Dataset, path: str | Path, *, outlines: bool = False) -> Pat
     'gel.nc'
     """
     path = as_path("path", path)
-    kind = path.suffix.lower()
-    if kind not in ENDINGS:
-        _format(path)
+    kind = _format(path, _WRITERS)
     if not hasattr(result, "data_vars"):
         raise TypeError(f"result = {shown(result)} must be a data set, as indent returns it.")
-    if kind in ENDINGS:
-        try:
-            return write(path, vtk_bytes(result, kind))
-        except ValueError as error:
-            raise ResultError(f"{shown_path(path)}: {error}") from None
-    return write(path, sealed(netcdf(result)) if kind == ".nc" else to_csv(result, outlines=outlines).encode("utf-8"))
+    try:
+        written = _WRITERS[kind](result, outlines)
+    except (ValueError, OSError) as error:
+        # OSError: libraries for VTK write to a folder for temporary files
+        raise ResultError(f"{shown_path(path)}: {error}") from None
+    return write(path, written)
 
 
 def netcdf(result: xr.Dataset) -> bytes:
@@ -121,6 +123,16 @@ def digest(result: xr.Dataset) -> str:
         content = "\0".join(map(str, values.ravel().tolist())).encode() if values.dtype.kind not in "fiub" else None
         sha.update(np.ascontiguousarray(values).tobytes() if content is None else content)
     return sha.hexdigest()
+
+
+_WRITERS: dict[str, Callable[[xr.Dataset, bool], bytes]] = {
+    ".nc": lambda result, outlines: sealed(netcdf(result)),
+    ".csv": lambda result, outlines: to_csv(result, outlines=outlines).encode("utf-8"),
+    ".vtu": lambda result, outlines: vtk_bytes(result, ".vtu"),
+    ".vts": lambda result, outlines: vtk_bytes(result, ".vts"),
+    ".npz": lambda result, outlines: arrays(result),
+    ".txt": lambda result, outlines: gap_text(result),
+}
 
 
 def write(path: Path, content: bytes) -> Path:
@@ -156,7 +168,7 @@ def load(path: str | Path) -> xr.Dataset:
     True
     """
     path = as_path("path", path)
-    kind = _format(path)
+    kind = _format(path, RESULTS)
     try:
         written = content(path, RESULT)
         found = from_netcdf(written) if kind == ".nc" else from_csv(written.decode("utf-8"))
@@ -191,24 +203,23 @@ def from_netcdf(written: bytes) -> xr.Dataset:
     return found
 
 
-def _format(path: Path) -> str:
+def _format(path: Path, known: Container[str]) -> str:
     kind = path.suffix.lower()
-    if kind not in (".nc", ".csv"):
+    if kind not in known:
         raise ResultError(
-            f"{shown_path(path)}: results are kept as .nc (NetCDF) or .csv; the ending {shown(kind or 'is missing and')} is "
-            "neither."
+            f"{shown_path(path)}: results are kept as {listed(RESULTS)}; the ending {shown(kind or 'is missing and')} is neither."
         )
     return kind
 
 
 def to_csv(result: xr.Dataset, *, outlines: bool = True) -> str:
-    """Return a dataset as CSV text: comments, one line of column names, one line a step, point, parameter or layer.
+    """Return a dataset as CSV text: comments, one line of column names, a line for each step, point, parameter or layer.
 
     Variables over these are one column; those over further dimensions too, as outlines are, one column for each entry of these.
     Outlines may be left out. All else (coordinates, other variables, attributes, types) is in the line "structure", as JSON.
     """
     if not outlines and "step" in result.dims:
-        result = result.drop_dims([name for name in result.dims if name != "step"])
+        result = result.drop_dims([name for name in result.dims if name not in _rows(result)])
     out = io.StringIO()
     for line in _preamble(result):
         out.write(" ".join(line.splitlines()) + "\n")
@@ -261,10 +272,10 @@ def _structure(result: xr.Dataset) -> Plain:
 
 
 def _rows(result: xr.Dataset) -> tuple[str, ...]:
-    """Dimensions whose combinations are the lines of a table: `step`, or else those that most variables have."""
-    if "step" in result.dims:
-        return ("step",)
+    """Dimensions whose combinations are the lines of a table: parameters of a study and steps, or those of most variables."""
     counts = Counter(tuple(map(str, variable.dims)) for variable in result.data_vars.values())
+    if "step" in result.dims:
+        return min((dims for dims in counts if "step" in dims), key=len, default=("step",))
     return max(counts, key=lambda dims: (counts[dims], -len(dims)), default=())
 
 
@@ -280,6 +291,11 @@ def _columns(result: xr.Dataset) -> Iterator[tuple[str, NDArray[np.generic]]]:
     count = int(np.prod([result.sizes[name] for name in rows]))
     one = rows[0] if len(rows) == 1 and rows[0] in result.coords else None
     yield (one or "row"), (np.arange(count) if one is None else result[one].values)
+    if one is None:
+        places = np.indices([result.sizes[name] for name in rows]).reshape(len(rows), count)
+        yield from (
+            (name, result[name].values[at]) for name, at in zip(rows, places, strict=True) if name in result.coords
+        )
     for name, variable in result.data_vars.items():
         if not set(rows) <= set(variable.dims):
             continue
@@ -312,7 +328,7 @@ def from_csv(text: str) -> xr.Dataset:
     lines_of = tuple(structure.get("rows", ["step"]))
     sizes = structure.get("sizes") or {"step": structure["steps"]}
     sizes |= {name: len(kept["values"]) for name, kept in structure["coords"].items() if "values" in kept}
-    position, variables = 1, {}
+    position, variables = len({"row", *structure["coords"]} & set(rows[0])), {}
     for name, kept in structure["variables"].items():
         if "values" in kept:
             variables[name] = (kept["dims"], np.array(kept["values"], dtype=kept["dtype"]), kept["attrs"])

@@ -163,6 +163,8 @@ class RoughCase:
         The quantity that is given.
     values : ndarray, shape (steps,)
         Its values [Pa], [N] or [m].
+    hardness : float or None
+        Largest pressure on a surface [Pa].
     """
 
     title: str
@@ -171,12 +173,13 @@ class RoughCase:
     asperities: tuple[Any, Any, Any] | None
     control: str
     values: Array
+    hardness: float | None = None
 
     def solve(self, *, last: bool = False) -> xr.Dataset:
         """Solve all steps, or the last of a surface with pressure, gap and displacement on its cells."""
         steps: Plain = {self.control: self.values[-1] if last else self.values}
         if self.surface is not None:
-            return rough_contact(self.medium, self.surface, fields=last, **steps)
+            return rough_contact(self.medium, self.surface, hardness=self.hardness, fields=last, **steps)
         assert self.asperities is not None
         return asperities(self.medium, *self.asperities, **steps)
 
@@ -185,6 +188,7 @@ class RoughTable(SampleTable):
     """The whole file."""
 
     title: str = ""
+    hardness: Pressure | None = None
     surface: SurfaceTable | None = None
     asperities: AsperitiesTable | None = None
     control: RoughControlTable
@@ -197,6 +201,8 @@ class RoughTable(SampleTable):
         control, steps = self.control.built
         if self.asperities is not None and control == "pressure":
             raise ValueError("control.pressure belongs to a [surface]; asperities take a force or a depth.")
+        if self.asperities is not None and self.hardness is not None:
+            raise ValueError("hardness belongs to a [surface]; asperities are elastic.")
         return RoughCase(
             self.title,
             self.body(),
@@ -204,6 +210,7 @@ class RoughTable(SampleTable):
             None if self.asperities is None else self.asperities.built,
             control,
             steps,
+            self.hardness,
         )
 
 
@@ -230,6 +237,8 @@ def describe_rough(case: RoughCase) -> Iterator[str]:
         yield f"Surface   {nx} x {ny} cells of {text(rough.spacing, 'm')}, {repeats}"
         yield f"          rms height {text(rough.rms_height, 'm')}, rms slope {rough.rms_slope:.3g}"
         yield from (f"          {note}" for note in tilt_note(rough.heights, rough.spacing, rough.periodic))
+    if case.hardness is not None:
+        yield f"Hardness  {text(case.hardness, 'Pa')}"
     yield f"Control   {control_words(case.control, case.values)}"
     if case.surface is not None:
         yield f"Takes     at most {required(case.surface) / 1e6:.0f} MB of memory"

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import io
+import math
 import re
-import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
-from zipfile import BadZipFile
 
 import numpy as np
+from numpy.typing import NDArray
 
 from flatpunch._support.checks import Array, BadValue, Flags, Indices
 from flatpunch._support.prefixes import text
-from flatpunch._support.reading import UNPACKED, Unreadable, content
+from flatpunch._support.reading import UNPACKED, archived_arrays, content, stored_array
 from flatpunch.files import units
 from flatpunch.indenters.measured.height_grid import FEWEST
 
@@ -75,49 +75,26 @@ def numbers_of(path: Path, wanted: Wanted) -> Scan | None:
     if ending == ".npz":
         return _archive(path, wanted)
     if ending == ".npy":
-        return _matrix(path.name, _loaded(path), wanted)
+        return _matrix(path.name, _numbers(path.name, stored_array(content(path, UNPACKED))), wanted)
     return _from_text(path, wanted)
 
 
-def _loaded(path: Path) -> dict[str, Array]:
-    """Arrays of a NumPy file by their names; that of .npy is z."""
-    try:
-        # of bytes: from a damaged file NumPy leaves an open one behind
-        found = np.load(io.BytesIO(content(path, UNPACKED)), allow_pickle=False)
-        arrays = (
-            {"z": found} if isinstance(found, np.ndarray) else {name: found[name] for name in "xyz" if name in found}
-        )
-        return {name: np.asarray(array, dtype=float) for name, array in arrays.items()}
-    except Unreadable:
-        raise
-    # what NumPy, `zipfile` and `zlib` raise on damaged archives: sizes that overflow, unknown kinds of compression
-    except (
-        OSError,
-        EOFError,
-        ValueError,
-        TypeError,
-        MemoryError,
-        ArithmeticError,
-        NotImplementedError,
-        BadZipFile,
-        zlib.error,
-    ):
-        raise ValueError(
-            f"{path.name} is no readable NumPy archive of numbers; numpy.savez(path, x=x, y=y, z=z) writes one."
-        ) from None
-
-
 def _archive(path: Path, wanted: Wanted) -> Scan:
-    arrays = _loaded(path)
+    arrays = archived_arrays(content(path, UNPACKED), "xyz")
     for name in "xyz":
         if name not in arrays:
             raise ValueError(f"{path.name} has no array {name}; it must hold x, y and z in metres.")
     wanted.check_needed(path.name, spacing=False, unit=False)
-    return Scan(arrays["x"], arrays["y"], arrays["z"])
+    return Scan(*(_numbers(path.name, arrays[name]) for name in "xyz"))
 
 
-def _matrix(name: str, arrays: dict[str, Array], wanted: Wanted) -> Scan:
-    z = arrays.get("z", np.zeros(0))
+def _numbers(name: str, array: NDArray[Any]) -> Array:
+    if array.dtype.kind not in "fiu":
+        raise ValueError(f"{name} holds an array of {array.dtype}; heights and coordinates are numbers.")
+    return np.asarray(array, dtype=float)
+
+
+def _matrix(name: str, z: Array, wanted: Wanted) -> Scan:
     if z.ndim != 2:
         raise ValueError(f"{name} holds an array of shape {z.shape}; heights are a matrix (ny, nx).")
     step, metre, (ny, nx) = wanted.distance(name), wanted.length(name), z.shape
@@ -145,7 +122,7 @@ def _from_text(path: Path, wanted: Wanted) -> Scan | None:
         kind.lower(): value for line in head if (match := _EXTENT.search(line)) for kind, value in [match.groups()]
     }
     if not {"width", "height"} <= stated.keys():
-        return _matrix(path.name, {"z": table}, wanted)
+        return _matrix(path.name, table, wanted)
     wanted.check_needed(path.name, spacing=False, unit="value units" not in stated)
     across, along = (units.named_si(f"{path.name}: {side}", stated[side], units.LENGTH) for side in ("width", "height"))
     unit = stated.get("value units")
@@ -252,6 +229,7 @@ def read_channel(path: Path, wanted: Wanted) -> Scan:
     try:
         with open_topography(str(path)) as reader:
             channel = _chosen(path.name, list(reader.channels), wanted.channel)
+            _check_size(path.name, channel)
             sizes, unit = _sizes(path.name, channel, wanted)
             found = channel.topography(physical_sizes=sizes, unit=unit)
             return _arrays(found, units.to_si(f"1 {found.unit}", units.LENGTH))
@@ -301,6 +279,15 @@ def _chosen(name: str, channels: list[Any], index: int | None) -> Any:
         held = "a line scan" if channel.dim == 1 else "no map of heights"
         raise _Refused(f"{name} holds {held}; a height map is needed. A round tip from a line is RadialProfile.")
     return channel
+
+
+def _check_size(name: str, channel: Any) -> None:
+    """Refuse maps that files with compression unpack to more than can be read."""
+    if (size := 8 * math.prod(channel.nb_grid_pts)) > UNPACKED:
+        raise _Refused(
+            f"{name}: channel {channel.index}, {channel.name!r}, unpacks to {size / 1e6:.4g} MB; at most {UNPACKED / 1e6:g} MB "
+            "are read. Cut the map, or export every second row and column."
+        )
 
 
 def _sizes(name: str, channel: Any, wanted: Wanted) -> tuple[tuple[float, ...] | None, str | None]:

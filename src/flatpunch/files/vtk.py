@@ -1,4 +1,4 @@
-"""Fields as VTK files, for ParaView and for comparison with finite elements: .vtu by meshio, .vts by pyvista.
+"""Fields and maps of rough contacts as VTK files, for ParaView and other programs: .vtu by meshio, .vts by pyvista.
 
 Coordinates and components are those of the result: z into the material, tension positive.
 """
@@ -6,46 +6,54 @@ Coordinates and components are those of the result: z into the material, tension
 from __future__ import annotations
 
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.endings import FIELDS
+from flatpunch.files.maps import as_points
 
 if TYPE_CHECKING:
     import xarray as xr
-
-ENDINGS = (".vtu", ".vts")
 
 _TENSOR = (("xx", "xy", "xz"), ("xy", "yy", "yz"), ("xz", "yz", "zz"))
 
 
 def vtk_bytes(result: xr.Dataset, kind: str) -> bytes:
-    """Return what `fields` returned as the bytes of a file of a kind, ".vtu" or ".vts".
+    """Return what `fields`, or `rough_contact` with fields, returned as the bytes of a file of a kind, ".vtu" or ".vts".
 
     Unstructured files hold lines, faces or bricks between the points of a grid, and a list of points as such; structured ones a
-    grid. ValueError if the result is no field, a structured file is asked for points that are no grid, or the library is not
+    grid. ValueError if the result has neither, a structured file is asked for points that are no grid, or the library is not
     installed.
     """
-    if not {"x", "y", "z", "stress", "displacement"} <= set(result.variables):
+    if "gap" in result.variables:
+        result = as_points(result)
+    elif not {"x", "y", "z", "stress", "displacement"} <= set(result.variables):
         raise ValueError(f"{kind} files hold fields, as `fields` returns them; this result has no stresses at points.")
     points = np.stack([result[name].values.ravel() for name in "xyz"], axis=1)
     shape = tuple(n for n in result["x"].shape if n > 1)
     gridded = "point" not in result["x"].dims
     data = _point_data(result)
+    if kind == ".vts" and not gridded:
+        raise ValueError("a .vts file holds a grid of points; give x, y, z that broadcast to one, or write .vtu.")
+    check_library(kind)
     # both libraries choose the format by the ending of the file
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"fields{kind}"
         if kind == ".vtu":
             _unstructured(path, points, shape if gridded else (), data)
         else:
-            if not gridded:
-                raise ValueError(
-                    "a .vts file holds a grid of points; give x, y, z that broadcast to one, or write .vtu."
-                )
             _structured(path, points, shape, data)
         return path.read_bytes()
+
+
+def check_library(kind: str) -> None:
+    """Refuse a kind of file whose library is not installed."""
+    if find_spec(FIELDS[kind]) is None:
+        raise ValueError(f"{kind} files need {FIELDS[kind]}: pip install 'flatpunch[vtk]'.")
 
 
 def _point_data(result: xr.Dataset) -> dict[str, Array]:
@@ -68,10 +76,8 @@ def _point_data(result: xr.Dataset) -> dict[str, Array]:
 
 
 def _unstructured(path: Path, points: Array, shape: tuple[int, ...], data: dict[str, Array]) -> None:
-    try:
-        import meshio
-    except ImportError:
-        raise ValueError(".vtu files need meshio: pip install 'flatpunch[vtk]'.") from None
+    import meshio
+
     meshio.Mesh(points, [_cells(points.shape[0], shape)], point_data=data).write(path)
 
 
@@ -93,10 +99,8 @@ def _ends(count: int) -> tuple[Indices, Indices]:
 
 
 def _structured(path: Path, points: Array, shape: tuple[int, ...], data: dict[str, Array]) -> None:
-    try:
-        import pyvista
-    except ImportError:
-        raise ValueError(".vts files need pyvista: pip install 'flatpunch[vtk]'.") from None
+    import pyvista
+
     grid: Any = pyvista.StructuredGrid()
     grid.points = points
     # VTK counts the first index fastest

@@ -18,7 +18,6 @@ import json
 import os
 import time
 import warnings
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ import numpy as np
 from flatpunch._support.checks import FlatpunchWarning
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
-from flatpunch._support.reading import RESULT, Unreadable, content
+from flatpunch._support.reading import RESULT, Unreadable, archived_arrays, content
 from flatpunch._support.whole_file import BrokenSeal, remove_left, sealed, unsealed, unwritable, write_whole
 
 
@@ -278,10 +277,9 @@ def _outcome(path: Path) -> Outcome:
         if path.suffix == ".json":
             record = json.loads(body)
             return Outcome(None, str(record["reason"]), float(record["seconds"]))
-        with np.load(io.BytesIO(body), allow_pickle=False) as data:
-            numbers: Plain = {name: data[name][()] for name in data.files}
+        numbers: Plain = {name: array[()] for name, array in archived_arrays(body).items()}
         return Outcome(numbers, "", float(numbers.pop(_SECONDS)))
-    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
+    except (ValueError, KeyError, TypeError) as error:
         reason = str(error) if isinstance(error, (BrokenSeal, Unreadable)) else type(error).__name__
         raise ValueError(f"{path}: damaged or changed after it was written ({reason}).") from None
 

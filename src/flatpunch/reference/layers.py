@@ -138,3 +138,9 @@ def thin_flat_punch(radius: float, thickness: float, young: float, poisson: floa
 def thin_incompressible_paraboloid(depth: float, curvature_radius: float, thickness: float, young: float) -> float:
     """Force [N] of a paraboloid on a thin bonded incompressible layer, 2 pi G R^2 d^3/h^3; a^2 = 4 R d."""
     return float(2 * np.pi * young / 3 * curvature_radius**2 * depth**3 / thickness**3)
+
+
+def small_contact_resistance(radius: float, thickness: float, conductivity: float, base_conductivity: float) -> float:
+    """Resistance [K/W or ohm] of a disc, small against a conducting layer on a half-space (Dryden 1983), to order (a/h)^2."""
+    beyond = np.log(2 / (1 + conductivity / base_conductivity)) / (2 * np.pi * thickness)
+    return float((1 / (4 * radius) - beyond) / conductivity)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import operator
+from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import lu_factor, lu_solve
+from scipy.optimize import brentq
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from flatpunch._support.checks import ROUNDING, Array
-from flatpunch.rough.asperity_laws import Interactions, Law
+from flatpunch.rough.asperity_laws import Interactions, Law, blocks
 
 _STEPS = 60
-"""Most steps of Newton's method; ten are usual."""
+"""Most steps of Newton's method; five are usual."""
 
 _LINEAR = 1e-3
 """Relative residual of the linear equations of a step: each gains three digits for a few products of matrices."""
@@ -24,16 +25,6 @@ _EXACT = 1e-9
 _FEW, _MOST = 6, 10
 """Products of a solution above which the matrix is factorised anew; most restarts of 20 products, and most halvings of a step
 that does not bring the equations nearer."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pressed:
-    """Depths of all asperities below the surface that the others have pressed down [m], depth of the highest, dF/dd [N/m]."""
-
-    depths: Array
-    depth: float
-    stiffness: float
-    converged: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +43,35 @@ class State:
     m: Array
     m4: Array
     curved: Array
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """Depths of all asperities and of the highest below the undeformed surface [m], the state, and where the equations stand.
+
+    `moved` is how far contacts move downwards along x and y [m], shape (2, n), `own` the derivative of depth plus depth taken by
+    the own depth, `short` and `missing` what depths [m] and the force [N] lack, `size` the largest of them, relative.
+    """
+
+    depths: Array
+    depth: float
+    at: State
+    moved: Array
+    own: Array
+    short: Array
+    missing: float
+    size: float
+
+
+@dataclass(frozen=True, slots=True)
+class Pressed:
+    """Depths of all asperities [m] with their state, depth of the highest [m], dF/dd [N/m]."""
+
+    depths: Array
+    at: State
+    depth: float
+    stiffness: float
+    converged: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,104 +95,95 @@ class Group:
                     values[mine] = own
         return State(*found[:4], *(found[4] * found[2][:, None] ** np.array([2, 4, 2, 4, 2])).T)
 
-    def _coupled(self, at: State, force: Array, r2: Array, r4: Array) -> Array:
-        """Depths taken by forces whose pressures have the moments r2 and r4 [m]."""
-        lap = self.between.lap @ np.column_stack([force, force * r2])
-        twice = self.between.twice @ np.column_stack([force, force * r2, force * r4])
-        second = (at.s * lap[:, 0] + lap[:, 1]) / 4
-        return self.between.g @ force + second + (at.s4 * twice[:, 0] + 4 * at.s * twice[:, 1] + twice[:, 2]) / 64
-
-    def sunk(self, at: State) -> tuple[Array, list[Array], list[Array]]:
-        """Depths taken by the neighbours [m]; gradients of the surface, and how far contacts move downwards, along x and y."""
-        gradients = [slope @ at.force for slope in self.between.slopes]
-        moved = [at.curved * gradient for gradient in gradients]
-        uphill = sum(
-            slope @ (at.force * by) - gradient * by / 2
-            for slope, by, gradient in zip(self.between.slopes, moved, gradients, strict=True)
-        )
-        return self._coupled(at, at.force, at.m, at.m4) + uphill, gradients, moved
-
-    def _change(self, at: State, moved: list[Array]) -> LinearOperator:
-        """Derivatives of depths plus depths taken, by all depths."""
-        lap, twice = self.between.lap @ at.force, self.between.twice @ np.column_stack([at.force, at.force * at.m])
+    def _sunk(self, at: State) -> tuple[Array, Array, Array]:
+        """Depths taken by the neighbours [m]; how far contacts move [m] and derivatives by the own depths, as of `Point`."""
+        force, between = at.force, self.between
+        lap, lap_m = (between.lap @ each for each in (force, force * at.m))
+        twice, twice_m, twice_m4 = (between.twice @ each for each in (force, force * at.m, force * at.m4))
+        second, fourth = at.s * lap + lap_m, at.s4 * twice + 4 * at.s * twice_m + twice_m4
+        gradients = between.gradients(force)
+        moved = at.curved * gradients
+        uphill = between.couples(force * moved) - (gradients * moved).sum(axis=0) / 2
         # d(F m) = K s dd, and s, s4 grow with the contact
-        own = 1 + at.growth * (at.s * lap / 2 + (4 * at.s4 * twice[:, 0] + 8 * at.s * twice[:, 1]) / 64)
+        own = 1 + at.growth * (at.s * lap / 2 + (4 * at.s4 * twice + 8 * at.s * twice_m) / 64)
+        return between.g @ force + second / 4 + fourth / 64 + uphill, moved, own
 
-        def product(change: Array) -> Array:
-            by = change.ravel()
-            force = at.stiffness * by
-            found = own * by + self._coupled(at, force, at.s, at.s4)
-            for slope, place in zip(self.between.slopes, moved, strict=True):
-                sideways = slope @ np.column_stack([force, place * force])
-                found += sideways[:, 1] - place * sideways[:, 0] + slope @ (at.force * at.curved * sideways[:, 0])
-            return np.asarray(found)
-
-        return LinearOperator((own.size, own.size), matvec=product, dtype=float)
-
-    def solve(self, target: float, start: Pressed | None, *, by_depth: bool) -> Pressed:
-        """All depths at the depth of the highest asperity, or at a total force."""
-        if target == 0:
-            return Pressed(-self.lower, 0.0, 0.0, True)
-        deepest = float(np.exp(max(law.last for law in self.laws)))
-        begin = deepest / 2 if start is None else start.depth
-        depth = target if by_depth else begin
-        depths = depth - self.lower
-        if start is not None:
-            depths = np.where(start.depths > 0, start.depths, depths)
-        at, short, missing = self._missing(depths, depth, target, by_depth=by_depth)
-        nearby = _Nearby()
-        for _ in range(_STEPS):
-            change, rise = self._step(at, short, missing, nearby, by_depth=by_depth)
-            if max(np.abs(change).max(), abs(rise)) <= ROUNDING * deepest:
-                return Pressed(depths, depth, self._stiffness(at, nearby), True)
-            before, share = _size(short, missing, target, deepest, by_depth=by_depth), 1.0
-            for _ in range(_MOST):
-                trial = depths + share * change, depth + share * rise
-                found = self._missing(*trial, target, by_depth=by_depth)
-                if _size(*found[1:], target, deepest, by_depth=by_depth) < before:
-                    break
-                share /= 2
-            (depths, depth), (at, short, missing) = trial, found
-        return Pressed(depths, depth, np.nan, False)
-
-    def _missing(self, depths: Array, depth: float, target: float, *, by_depth: bool) -> tuple[State, Array, float]:
-        """State, and what depths and force lack [m], [N]."""
-        at = self.state(depths)
-        short = depth - self.lower - depths - self.sunk(at)[0]
-        return at, short, 0.0 if by_depth else target - float(at.force.sum())
-
-    def _step(self, at: State, short: Array, missing: float, nearby: _Nearby, *, by_depth: bool) -> tuple[Array, float]:
-        """Changes of all depths and of the depth of the highest."""
-        change, total = self._change(at, self.sunk(at)[2]), float(at.stiffness.sum())
-        if by_depth:
-            return nearby.solved(self, at, change, short, _LINEAR), 0.0
-        if total == 0:
-            # without contact nothing is known of the force: down to the highest
-            rise = float(self.lower.max() + np.exp(self.laws[0].last)) / 2
-            return short + rise, rise
-        # the response to a rise of the plane is that of the depths to a common shortage
-        closing, unit = (nearby.solved(self, at, change, each, _LINEAR) for each in (short, np.ones(short.size)))
-        rise = (missing - float(at.stiffness @ closing)) / float(at.stiffness @ unit)
-        return closing + rise * unit, rise
-
-    def _stiffness(self, at: State, nearby: _Nearby) -> float:
-        change = self._change(at, self.sunk(at)[2])
-        return float(at.stiffness @ nearby.solved(self, at, change, np.ones(at.force.size), _EXACT))
-
-    def near(self, at: State) -> NDArray[np.float32]:
-        """The matrix of `_change`, in single precision, shape (n, n)."""
-        low = np.float32
-        lap, twice = self.between.lap.astype(low), self.between.twice.astype(low)
-        found = self.between.g.astype(low)
-        found += (at.s[:, None] + at.s).astype(low) * lap / 4
-        found += (at.s4[:, None] + 4 * at.s[:, None] * at.s + at.s4).astype(low) * twice / 64
-        for gradient, place in zip(self.between.slopes, self.sunk(at)[2], strict=True):
-            slope = gradient.astype(low)
-            found += (place - place[:, None]).astype(low) * slope
-            found += (slope * (at.force * at.curved).astype(low)) @ slope
-        found *= at.stiffness.astype(low)
-        found.flat[:: at.s.size + 1] += 1
+    def change(self, point: Point) -> Array:
+        """Derivatives of depths plus depths taken, by all depths, shape (n, n), where contacts stay at their places."""
+        between, at, n = self.between, point.at, self.lower.size
+        found = np.empty((n, n))
+        for rows in blocks(n):
+            s, s4 = at.s[rows, None], at.s4[rows, None]
+            part = between.g[rows] + (s + at.s) / 4 * between.lap[rows]
+            part += (s4 + 4 * s * at.s + at.s4) / 64 * between.twice[rows]
+            for x, by in zip(between.places.T, point.moved, strict=True):
+                part += (by - by[rows, None]) * (x[rows, None] - x) * between.pull[rows]
+            found[rows] = part * at.stiffness
+        found.flat[:: n + 1] += point.own
         return found
+
+    def solve(self, target: float, *, by_depth: bool) -> tuple[Group, Pressed]:
+        """All depths at the depth of the highest asperity, or at a total force; and the group with the laws that they need."""
+        if target == 0:
+            return self, Pressed(-self.lower, self.state(-self.lower), 0.0, 0.0, True)
+        group, equations = self, _Equations(self)
+        depths, depth = self._start(target, by_depth=by_depth)
+        now = self._point(depths, depth, target, by_depth=by_depth)
+        for _ in range(_STEPS):
+            deeper = group._reaching(now.depths) if now.size <= _LINEAR else group
+            if deeper is not group:
+                group, now = deeper, deeper._point(now.depths, now.depth, target, by_depth=by_depth)
+            equations.move(now)
+            if now.size <= ROUNDING:
+                stiffness = float(now.at.stiffness @ equations.raised(_EXACT))
+                return group, Pressed(now.depths, now.at, now.depth, stiffness, True)
+            change, rise = equations.step(by_depth=by_depth)
+            before = now
+            for halvings in range(_MOST):
+                share = 0.5**halvings
+                depths, depth = before.depths + share * change, before.depth + share * rise
+                now = group._point(depths, depth, target, by_depth=by_depth)
+                if now.size < before.size:
+                    break
+        return group, Pressed(now.depths, now.at, now.depth, np.nan, False)
+
+    def _point(self, depths: Array, depth: float, target: float, *, by_depth: bool) -> Point:
+        """Everything at depths."""
+        at = self.state(depths)
+        taken, moved, own = self._sunk(at)
+        short = depth - self.lower - depths - taken
+        missing = 0.0 if by_depth else target - float(at.force.sum())
+        size = max(float((np.abs(short) / (abs(depth) + self.lower)).max()), abs(missing) / target)
+        return Point(depths, depth, at, moved, own, short, missing, size)
+
+    def _reaching(self, depths: Array) -> Group:
+        """Itself, or the group with laws tabulated up to the largest depths."""
+        deepest = [float(depths[self.kind == i].max()) for i in range(len(self.laws))]
+        laws = [law.reaching(each) for law, each in zip(self.laws, deepest, strict=True)]
+        return self if all(map(operator.is_, laws, self.laws)) else replace(self, laws=laws)
+
+    def _start(self, target: float, *, by_depth: bool) -> tuple[Array, float]:
+        """Depths of all asperities, as if the others sank none of them, and of the highest, at about a depth or a force.
+
+        Far deeper contacts would overlap, from where Newton's method does not find back.
+        """
+        alone = target if by_depth else float(np.exp(max(law.last for law in self.laws)))
+
+        def lacks(alone: float) -> float:
+            return target - float(self.state(alone - self.lower).force.sum())
+
+        def sinks() -> float:
+            at = self.state(alone - self.lower)
+            return float(at.force @ self._sunk(at)[0]) / float(at.force.sum())
+
+        if by_depth:
+            while alone + sinks() > target:
+                alone /= 2
+            return alone - self.lower, target
+        while lacks(alone) > 0:
+            alone *= 2
+        alone = float(brentq(lacks, 0.0, alone, xtol=ROUNDING * alone, rtol=_LINEAR))
+        return alone - self.lower, alone + sinks()
 
     def errors(self, pressed: Pressed) -> Array:
         """Errors of the depths [m]: what is left out of the interactions.
@@ -182,57 +193,77 @@ class Group:
         that of the tip. Tips that are not round act as round ones: the second term as well.
         """
         found = np.zeros(pressed.depths.size)
-        chosen = np.flatnonzero(pressed.depths > 0)
-        if chosen.size < 2:
-            return found
-        at, depths = self.state(pressed.depths), pressed.depths[chosen]
-        force, s, s4, m, m4, curved = (each[chosen] for each in (at.force, at.s, at.s4, at.m, at.m4, at.curved))
-        not_round = ~self.round[self.kind[chosen]]
+        touching, at, depths, between = pressed.depths > 0, pressed.at, pressed.depths, self.between
+        force, s, s4, m, m4 = at.force, at.s, at.s4, at.m, at.m4
         # mean r^6, as if the next ratio of moments were the last one
-        s6, m6 = s4**2 / s, m4**2 / m
-        for rows, _, r, (_, lap, twice, thrice, slope) in self.between.blocks(chosen):
-            skew = curved[rows] * (np.abs(lap - 2 * slope / r) @ force)
-            lap, twice, thrice = (np.abs(each) for each in (lap, twice, thrice))
+        s6, m6 = (np.divide(by**2, of, out=np.zeros_like(of), where=touching) for by, of in ((s4, s), (m4, m)))
+        loads = np.column_stack([force, force * m, force * m4, force * m6])
+        for rows in blocks(found.size):
+            # along the radius and across it: G'' and G'/r
+            skew = at.curved[rows] * (np.abs(between.lap[rows] - 2 * between.pull[rows]) @ force)
+            lap, twice, thrice = (np.abs(each[rows]) @ loads for each in (between.lap, between.twice, between.thrice))
             a, a4 = s[rows], s4[rows]
-            second = (a * (lap @ force) + lap @ (force * m)) / 4
-            fourth = (a4 * (twice @ force) + 4 * a * (twice @ (force * m)) + twice @ (force * m4)) / 64
-            sixth = s6[rows] * (thrice @ force) + 9 * a4 * (thrice @ (force * m)) + 9 * a * (thrice @ (force * m4))
-            sixth = (sixth + thrice @ (force * m6)) / 2304
-            left_out = 2 * (fourth + sixth) + np.where(not_round[rows], second, 0.0)
-            found[chosen[rows]] = left_out + depths[rows] * skew**2 / 2
-        return found
+            second = (a * lap[:, 0] + lap[:, 1]) / 4
+            fourth = (a4 * twice[:, 0] + 4 * a * twice[:, 1] + twice[:, 2]) / 64
+            sixth = (s6[rows] * thrice[:, 0] + 9 * a4 * thrice[:, 1] + 9 * a * thrice[:, 2] + thrice[:, 3]) / 2304
+            not_round = ~self.round[self.kind[rows]]
+            found[rows] = 2 * (fourth + sixth) + np.where(not_round, second, 0.0) + depths[rows] * skew**2 / 2
+        return np.where(touching, found, 0.0)
 
 
 @dataclass(slots=True)
-class _Nearby:
-    """Factors of the matrix of an earlier state, by which equations are solved in a few products."""
+class _Equations:
+    """Linear equations at a point, solved in a few products by the factors of the matrix at an earlier point."""
 
+    group: Group
+    point: Point = field(init=False)
+    matrix: Array = field(init=False)
     factors: tuple[Array, Array] | None = None
+    unit: Array | None = None
     products: int = 0
 
-    def solved(self, group: Group, at: State, equations: LinearOperator, right: Array, residual: float) -> Array:
-        """Solution of linear equations."""
+    def move(self, point: Point) -> None:
+        """Go on to another point."""
+        self.point, self.matrix = point, self.group.change(point)
+
+    def _product(self, change: Array) -> Array:
+        at, between = self.point.at, self.group.between
+        by = change.ravel()
+        return np.asarray(
+            self.matrix @ by + between.couples(at.force * at.curved * between.gradients(at.stiffness * by))
+        )
+
+    def _solved(self, right: Array, residual: float, start: Array | None = None) -> Array:
         if self.factors is None or self.products > _FEW:
-            self.factors = lu_factor(group.near(at), overwrite_a=True, check_finite=False)
+            self.factors = lu_factor(self.matrix.astype(np.float32), overwrite_a=True, check_finite=False)
         factors, self.products = self.factors, 0
 
         def counted(_: float) -> None:
             self.products += 1
 
-        inverse = LinearOperator(equations.shape, lambda v: lu_solve(factors, v.astype(np.float32)), dtype=float)
         found, _ = gmres(
-            equations,
+            LinearOperator(self.matrix.shape, self._product, dtype=float),
             right,
+            start,
             rtol=residual,
             atol=0.0,
-            M=inverse,
+            M=LinearOperator(self.matrix.shape, lambda v: lu_solve(factors, v.astype(np.float32)), dtype=float),
             maxiter=_MOST,
             callback=counted,
             callback_type="pr_norm",
         )
         return np.asarray(found)
 
+    def raised(self, residual: float) -> Array:
+        """Changes of all depths where the plane of all asperities sinks by one."""
+        self.unit = self._solved(np.ones(self.point.short.size), residual, self.unit)
+        return self.unit
 
-def _size(short: Array, missing: float, target: float, deepest: float, *, by_depth: bool) -> float:
-    """How far the equations are from being met."""
-    return max(float(np.abs(short).max()) / deepest, 0.0 if by_depth else abs(missing) / target)
+    def step(self, *, by_depth: bool) -> tuple[Array, float]:
+        """Changes of all depths and of the depth of the highest [m]."""
+        change = self._solved(self.point.short, _LINEAR)
+        if by_depth:
+            return change, 0.0
+        unit, stiffness = self.raised(_LINEAR), self.point.at.stiffness
+        rise = (self.point.missing - float(stiffness @ change)) / float(stiffness @ unit)
+        return change + rise * unit, rise

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.special import gamma
 
-from flatpunch._support.checks import AT_ONCE, Array, Indices
+from flatpunch._support.checks import Array
 from flatpunch.bem.operator.influence import power_exponent
 from flatpunch.bem.operator.radial import STEP, remainder_table
 from flatpunch.compliances import Kernel
@@ -25,6 +25,9 @@ from flatpunch.punch import flat_punch
 _DECADES, _POINTS = 6, 181
 """Depths of the curve of one asperity, downwards from the largest, and their number: cubics between them are exact to 1e-7."""
 
+_BEYOND = 3e-4
+"""Share of its largest depth by which a law is taken beyond it: powers are exact to 1e-7 there."""
+
 _RADII = 24
 """Radii at which flat punches are solved for their moments, which vary slowly."""
 
@@ -35,9 +38,11 @@ class Law:
 
     These are mean r^2 and r^4 of punch and contact over a^2 and a^4, and the radius of curvature over a^2.
 
-    Below the smallest depth they are powers; above the largest nothing is known.
+    Outside the range of depths they are powers: exact below it, and above it until the law is tabulated farther.
     """
 
+    medium: Body
+    tip: Indenter
     force: CubicSpline
     radius: CubicSpline
     moments: PchipInterpolator
@@ -45,12 +50,9 @@ class Law:
     last: float
 
     @classmethod
-    def of(cls, medium: Body, tip: Indenter, name: str, largest: float, beyond: float) -> Law:
-        """The law of a tip up to `beyond` times a depth [m] or that of a force [N]."""
-        if largest == 0:
-            name, largest = "depth", 1e-9
-        deepest = largest if name == "depth" else float(indent(medium, tip, force=largest)["depth"][0])
-        depth = beyond * deepest * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
+    def of(cls, medium: Body, tip: Indenter, deepest: float) -> Law:
+        """The law of a tip up to a depth [m]."""
+        depth = deepest * np.geomspace(10.0**-_DECADES, 1.0, _POINTS)
         curve = indent(medium, tip, depth=depth)
         x, a, force = np.log(depth), curve["radius"].values, curve["force"].values
         phi = np.linspace(0, 2 * np.pi, 36, endpoint=False)
@@ -73,7 +75,12 @@ class Law:
             total = np.cumsum(np.append(grown[0] * force[0] * powers / (powers + k), steps))
             contact.append(total / (force * a**k))
         moments = PchipInterpolator(x, np.column_stack([punch, *contact, 1 / (slope * a)]))
-        return cls(CubicSpline(x, np.log(force)), CubicSpline(x, np.log(a)), moments, float(x[0]), float(x[-1]))
+        splines = CubicSpline(x, np.log(force)), CubicSpline(x, np.log(a)), moments
+        return cls(medium, tip, *splines, float(x[0]), float(x[-1]))
+
+    def reaching(self, depth: float) -> Law:
+        """Itself, or the law tabulated up to a depth [m] beyond its range."""
+        return Law.of(self.medium, self.tip, depth) if depth > (1 + _BEYOND) * np.exp(self.last) else self
 
     def __call__(self, depth: Array) -> tuple[Array, ...]:
         """Force [N], stiffness [N/m], radius [m], d ln a/dd [1/m] and moments, shape (n, 5), at depths > 0 [m]."""
@@ -85,55 +92,70 @@ class Law:
         return force, force * slope / depth, radius, growth / depth, np.asarray(self.moments(inside))
 
 
-_POWERS = np.array([1, 3, 5, 7, 2])
-"""Powers of r with which G, its three Laplacians and dG/dr fall on a half-space."""
-
 _STEPS = 256
 """Points of the table in a factor e of distance: cubics between them are exact to 1e-11."""
+
+_BLOCK = 100_000
+"""Numbers of a part of a matrix: twenty times as many take twice the time, a fifth as well as many."""
 
 
 @dataclass(frozen=True, slots=True)
 class Interactions:
-    """Matrices (n, n) of G [m/N], its Laplacian, that of the latter, and its gradient along x and y; zero on the diagonal."""
+    """Matrices (n, n) of G [m/N], its three Laplacians and its slope over distance, zero on the diagonal; places (n, 2) [m]."""
 
     places: Array
-    table: CubicSpline | None
     g: Array
     lap: Array
     twice: Array
-    slopes: tuple[Array, Array]
+    thrice: Array
+    pull: Array
 
     @classmethod
     def of(cls, kernel: Kernel, places: Array, nearest: float) -> Interactions:
         """Interactions in a body of asperities at places [m], the nearest two so far apart."""
         n = len(places)
-        g, lap, twice, along_x, along_y = (np.zeros((n, n)) for _ in range(5))
-        farthest = float(np.hypot(*np.ptp(places, axis=0)))
-        made = cls(places, _table(kernel, nearest, farthest) if n > 1 else None, g, lap, twice, (along_x, along_y))
-        if n > 1:
-            for rows, away, r, found in made.blocks(np.arange(n)):
-                g[rows], lap[rows], twice[rows] = found[:3]
-                along_x[rows], along_y[rows] = (found[4] * away[..., i] / r for i in (0, 1))
+        places = places - places.mean(axis=0)
+        made = cls(places, *(np.zeros((n, n)) for _ in range(5)))
+        if n == 1:
+            return made
+        table = _table(kernel, nearest, float(np.hypot(*np.ptp(places, axis=0))))
+        for rows in blocks(n):
+            left = slice(rows.start, None)
+            r = np.hypot(*np.moveaxis(places[rows, None] - places[left], -1, 0))
+            own = r == 0
+            r[own] = nearest
+            g, lap, twice, thrice, pull = np.moveaxis(table(np.log(r)), -1, 0)
+            inverse = np.where(own, 0.0, 1 / r)
+            square = inverse**2
+            cube = inverse * square
+            parts = (g * inverse, lap * cube, twice * cube * square, thrice * cube * square**2, pull * cube)
+            for whole, part in zip((made.g, made.lap, made.twice, made.thrice, made.pull), parts, strict=True):
+                whole[rows, left] = part
+                whole[left, rows] = part.T
         return made
 
-    def blocks(self, chosen: Indices) -> Iterator[tuple[slice, Array, Array, Array]]:
-        """Rows among those chosen, with vectors and distances to all chosen, and the five functions, zero on the diagonal."""
-        assert self.table is not None
-        places = self.places[chosen]
-        count = max(AT_ONCE // len(places), 1)
-        for first in range(0, len(places), count):
-            rows = slice(first, first + count)
-            away = places[rows, None] - places
-            r = np.hypot(away[..., 0], away[..., 1])
-            own = r == 0
-            r[own] = np.exp(self.table.x[0])
-            found = np.moveaxis(self.table(np.log(r)), -1, 0) / r ** _POWERS[:, None, None]
-            found[:, own] = 0.0
-            yield rows, away, r, found
+    def gradients(self, force: Array) -> Array:
+        """Gradient of the displacement of point forces along x and y at every place, shape (2, n)."""
+        x = self.places.T
+        return np.asarray(x * (self.pull @ force) - np.array([self.pull @ (each * force) for each in x]))
+
+    def couples(self, moved: Array) -> Array:
+        """Displacement by point forces that move, which are given times the ways along x and y, shape (2, n), downwards."""
+        x = self.places.T
+        return np.asarray(
+            sum(each * (self.pull @ by) for each, by in zip(x, moved, strict=True))
+            - self.pull @ (x * moved).sum(axis=0)
+        )
+
+
+def blocks(n: int) -> Iterator[slice]:
+    """Rows of a matrix (n, n), as many at once as the cache takes."""
+    count = max(_BLOCK // n, 1)
+    return (slice(first, first + count) for first in range(0, n, count))
 
 
 def _table(kernel: Kernel, nearest: float, farthest: float) -> CubicSpline:
-    """G, its first three Laplacians and dG/dr over ln r, times the powers of r with which they fall."""
+    """G, its first three Laplacians and dG/dr over ln r, times the powers r, r^3, r^5, r^7 and r^2 with which they fall."""
     t = np.arange(np.log(nearest) - 4 / _STEPS, np.log(farthest) + 4 / _STEPS, 1 / _STEPS)
     r = np.exp(t)
     exponent = power_exponent(kernel)

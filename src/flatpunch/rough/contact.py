@@ -12,8 +12,10 @@ from flatpunch._support.checks import (
     NUMBERS,
     ROUNDING,
     Array,
+    BadValue,
     Flags,
     Values,
+    positive,
     refused_overflow,
     shown,
     switch,
@@ -65,6 +67,7 @@ def rough_contact(
     pressure: Values | None = None,
     force: Values | None = None,
     depth: Values | None = None,
+    hardness: float | None = None,
     fields: bool = False,
     tolerance: float = TOLERANCE,
     limit: int = LIMIT,
@@ -85,6 +88,9 @@ def rough_contact(
         the highest peak below the undeformed surface. A depth exists only where a mean pressure moves the surface by a finite
         amount: on rigid bases, and under surfaces that end in both directions. Half-spaces, with layers or without, sink
         without limit under a load that repeats; `depth` is NaN there, and `mean_gap` takes its place.
+    hardness : float, optional
+        Largest pressure that the softer body bears [Pa], > 0: cells that have it yield, and others take the rest of the load
+        (Almqvist et al. 2007). Stiffnesses are then those of further loading. The mean pressure stays below it.
     fields : bool
         Whether to return pressure(step, y, x), gap and displacement as well.
     tolerance : float
@@ -97,7 +103,8 @@ def rough_contact(
     -------
     xarray.Dataset
         Along `step`: mean_pressure [Pa], force [N], depth [m], area [m^2], area_fraction (share of the cells in contact),
-        area_fraction_corrected (less the staircase of the cells, Yastrebov et al. 2017), mean_gap [m], stiffness dF/dd [N/m],
+        area_fraction_corrected (less the staircase of the cells, Yastrebov et al. 2017), plastic_fraction (share of the cells
+        at the hardness, where the gap is zero), mean_gap [m], stiffness dF/dd [N/m],
         gap_stiffness -dF/d(mean gap) [N/m], energy [J] (elastic; without that of the mean pressure where this is infinite),
         patches (their number), largest_patch [m^2], max_pressure [Pa], area_error [-] of area_fraction_corrected,
         mean_gap_error [m] and max_pressure_error [Pa] (what cells twice as wide change; NaN on less than 17 cells along a side),
@@ -131,6 +138,7 @@ def rough_contact(
     name, targets = _control(pressure=pressure, force=force, depth=depth)
     fields, limit = switch("fields", fields), whole("limit", limit, 1, "It is the largest number of iterations.")
     check_tolerance(tolerance, single=False)
+    ceiling = float("inf") if hardness is None else positive("hardness", hardness, unit="Pa")
     ends = not any(topography.periodic)
     if name == "depth" and not (ends or np.isfinite(uniform)):
         raise ValueError(
@@ -150,9 +158,23 @@ def rough_contact(
         )
     if name == "pressure":
         targets = targets * topography.area
+    if name != "depth" and targets.max() >= ceiling * topography.area:
+        raise BadValue(
+            "hardness",
+            text(ceiling, "Pa"),
+            f"must be above the mean pressure, {text(targets.max() / topography.area, 'Pa')}.",
+        )
     with fitting_threads(topography.heights.size):
         steps = solved_with_errors(
-            kernel, topography, uniform, targets, tolerance, limit, by_depth=name == "depth", fields=fields
+            kernel,
+            topography,
+            uniform,
+            targets,
+            tolerance,
+            limit,
+            by_depth=name == "depth",
+            fields=fields,
+            hardness=ceiling,
         )
     return _dataset(medium, topography, kernel, name, steps, fields=fields)
 

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from flatpunch._support.checks import ROUNDING, Array, Flags
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator.convolution import SINGLE_FLOOR, build_operator
+from flatpunch.bem.operator.convolution import SINGLE_FLOOR, Operator, build_operator
 from flatpunch.bem.operator.periodic import periodic_operator
 from flatpunch.bem.solver.active_set import State, punch_stiffness
 from flatpunch.bem.solver.levels import COARSEST
@@ -44,6 +44,7 @@ COLUMNS = {
     "area": ("m^2", "area of the cells in contact"),
     "area_fraction": ("1", "share of the cells in contact"),
     "area_fraction_corrected": ("1", "share of the area in contact, less the staircase of the cells"),
+    "plastic_fraction": ("1", "share of the cells at the hardness"),
     "mean_gap": ("m", "mean gap between the surfaces"),
     "max_pressure": ("Pa", "largest pressure of a cell"),
     "stiffness": ("N/m", "dF/dd"),
@@ -121,10 +122,13 @@ class Case:
         displacement = np.asarray(state.displacement) * spacing + rise
         depth = state.depth * spacing + rise
         gap = displacement + self.level.height * spacing - depth
+        # overlap at the hardness is what has yielded
+        plastic = state.contact & ~state.elastic
+        gap = np.where(plastic, 0.0, gap)
         sizes = patch_sizes(state.contact, rough.periodic)
         share = np.count_nonzero(state.contact) / cells
         sides = perimeter(state.contact, rough.periodic)
-        stiffness, gap_stiffness = self._stiffness(state.contact, moved, tolerance)
+        stiffness, gap_stiffness = self._stiffness(state.elastic, plastic, moved, tolerance)
         numbers = {
             "mean_pressure": mean_pressure,
             "force": state.force * unit,
@@ -132,6 +136,7 @@ class Case:
             "area": share * rough.area,
             "area_fraction": share,
             "area_fraction_corrected": share - STAIRCASE * sides / cells,
+            "plastic_fraction": np.count_nonzero(plastic) / cells,
             "mean_gap": float(gap.mean()),
             "max_pressure": float(np.max(state.pressure)) * self.kernel.modulus,
             "stiffness": stiffness if self.has_depth else np.nan,
@@ -141,7 +146,7 @@ class Case:
             "largest_patch": float(sizes.max(initial=0)) * spacing**2,
             "area_error": 2 * (COUNTED * sides) ** 0.5 / cells,
             "mean_gap_error": 0.0,
-            "max_pressure_error": _drop(np.asarray(state.pressure)) * self.kernel.modulus,
+            "max_pressure_error": 0.0 if plastic.any() else _drop(np.asarray(state.pressure)) * self.kernel.modulus,
             "gap_error": state.gap_error,
             "penetration": state.penetration,
         }
@@ -158,20 +163,17 @@ class Case:
         waves = np.vdot(pressure, moved) / 2 * unit
         return float(waves) + uniform * mean_pressure**2 * self.topography.area / 2
 
-    def _stiffness(self, contact: Flags, moved: float, tolerance: float) -> tuple[float, float]:
-        """dF/dd and -dF/d(mean gap) [N/m], from the flat punch under the contact."""
-        # the error of the stiffness is the square of that of the displacement under the punch
-        punch, stiffness, _, _ = punch_stiffness(self.level.inner, contact, max(SINGLE_FLOOR, tolerance**0.5))
+    def _stiffness(self, elastic: Flags, plastic: Flags, moved: float, tolerance: float) -> tuple[float, float]:
+        """dF/dd and -dF/d(mean gap) [N/m], from the flat punch under the elastic contact."""
+        stiffness, closing = flat_stiffness(self.level.inner, elastic, tolerance, plastic)
         if stiffness == 0:
             return 0.0, 0.0
-        full = bool(contact.all())
-        if full and all(self.topography.periodic):
+        if elastic.all() and all(self.topography.periodic):
             # flat already: the mean pressure alone moves it
             return (self.topography.area / self.uniform if self.uniform > 0 else np.inf), np.inf
         unit = self.kernel.modulus * self.topography.spacing
-        closing = 1 - float(self.level.inner.apply(punch).mean())
         by_depth = 1 / (stiffness * unit) + moved / self.topography.area
-        return (1 / by_depth if by_depth > 0 else np.inf), (np.inf if full else stiffness * unit / closing)
+        return (1 / by_depth if by_depth > 0 else np.inf), (stiffness * unit / closing if closing > 0 else np.inf)
 
     def _untouched(self, *, fields: bool) -> Step:
         """Surfaces that touch at one point, without load."""
@@ -191,7 +193,9 @@ def _drop(pressure: Array) -> float:
     return float(pressure[i, j] - around.mean())
 
 
-def case_of(kernel: Kernel, topography: Topography, uniform: float, *, by_depth: bool) -> Case:
+def case_of(
+    kernel: Kernel, topography: Topography, uniform: float, *, by_depth: bool, hardness: float = float("inf")
+) -> Case:
     """Operators and gaps of a surface on a body."""
     (ny, nx), spacing, periodic = topography.shape, topography.spacing, topography.periodic
     # at given force any finite C(0) gives the same pressure: that of the longest wave keeps the numbers of a size
@@ -201,19 +205,41 @@ def case_of(kernel: Kernel, topography: Topography, uniform: float, *, by_depth:
     if not all(periodic):
         added, uniform = 0.0, 0.0 if not any(periodic) or np.isfinite(uniform) else np.inf
     height = (topography.heights.max() - topography.heights) / spacing
-    level = _level(kernel, Grid(nx, ny, spacing), height, periodic, added if all(periodic) else float(uniform == 0))
+    level = _level(
+        kernel, Grid(nx, ny, spacing), height, periodic, added if all(periodic) else float(uniform == 0), hardness
+    )
     return Case(topography, kernel, level, added, uniform, bool(np.isfinite(uniform)), by_depth)
 
 
-def _level(kernel: Kernel, grid: Grid, height: Array, periodic: tuple[bool, bool], uniform: float) -> Level:
+def _level(
+    kernel: Kernel, grid: Grid, height: Array, periodic: tuple[bool, bool], uniform: float, hardness: float
+) -> Level:
     """Operators on a grid, and on ever wider cells as long as there are many of them; `uniform` as of `periodic_operator`."""
-    operator = periodic_operator(kernel, grid, periodic, uniform) if any(periodic) else build_operator(kernel, grid)
+    operator = operator_of(kernel, grid, periodic, uniform)
     coarser = None
     if grid.nx % 2 == grid.ny % 2 == 0 and min(grid.shape) >= 2 * COARSEST:
         (ny, nx) = (n // 2 for n in grid.shape)
         wider = height.reshape(ny, 2, nx, 2).mean(axis=(1, 3)) / 2
-        coarser = _level(kernel, Grid(nx, ny, 2 * grid.spacing), wider, periodic, uniform)
-    return Level(operator, operator.single(), height, coarser)
+        coarser = _level(kernel, Grid(nx, ny, 2 * grid.spacing), wider, periodic, uniform, hardness)
+    return Level(operator, operator.single(), height, coarser, hardness / kernel.modulus)
+
+
+def operator_of(kernel: Kernel, grid: Grid, periodic: tuple[bool, bool], uniform: float) -> Operator:
+    """Operator where a surface repeats or ends; `uniform` as of `periodic_operator`."""
+    return periodic_operator(kernel, grid, periodic, uniform) if any(periodic) else build_operator(kernel, grid)
+
+
+def flat_stiffness(
+    operator: Operator, contact: Flags, tolerance: float, filled: Flags | bool = False
+) -> tuple[float, float]:
+    """Stiffness of the flat punch under the cells in contact [E* cells], and what its depth closes the mean gap by.
+
+    Other cells that are `filled` have no gap either.
+    """
+    # the error of the stiffness is the square of that of the displacement under the punch
+    punch, stiffness, _, _ = punch_stiffness(operator, contact, max(SINGLE_FLOOR, tolerance**0.5))
+    open_gap = ~(contact | filled)
+    return stiffness, float(((1 - operator.apply(punch)) * open_gap).mean())
 
 
 def required(topography: Topography) -> int:
@@ -240,6 +266,7 @@ def solved_with_errors(
     *,
     by_depth: bool,
     fields: bool,
+    hardness: float = float("inf"),
 ) -> list[Step]:
     """All steps at depths [m] or forces [N], with the errors that cells twice as wide show; NaN on the smallest grids."""
     others: list[list[Step]] = []
@@ -251,9 +278,10 @@ def solved_with_errors(
             # the same plane, seen from a lower summit
             lower, full = float(topography.heights.max() - surface.heights.max()), float(np.ptp(surface.heights))
             goals = np.clip(targets - lower, 0.0, full if uniform == 0 else None)
-        case = case_of(kernel, surface, uniform, by_depth=by_depth)
+        case = case_of(kernel, surface, uniform, by_depth=by_depth, hardness=hardness)
         others.append(case.solved(goals, max(tolerance, COARSE), limit, fields=False))
-    steps = case_of(kernel, topography, uniform, by_depth=by_depth).solved(targets, tolerance, limit, fields=fields)
+    case = case_of(kernel, topography, uniform, by_depth=by_depth, hardness=hardness)
+    steps = case.solved(targets, tolerance, limit, fields=fields)
     return [_with_errors(step, [each[i] for each in others]) for i, step in enumerate(steps)]
 
 

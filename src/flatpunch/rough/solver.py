@@ -2,7 +2,8 @@
 
 At a depth this is the active set of boundary elements (`bem.solver.active_set`). At a force the depth follows within that solve:
 a loose solution gives the stiffness of the flat punch under the contact, and with it the force that closing the gap will add.
-Where that fails, as under stiff films, the depth is found by Newton's method with that stiffness.
+Where that fails, as under stiff films or where cells yield, the depth is found by Newton's method with that stiffness, and by
+bisection where that is slow.
 
 Lengths are in cells, pressures in units of E*.
 """
@@ -26,18 +27,23 @@ COARSE = 1e-3
 _ONE = 4
 """Cells that one of twice the width is spread to."""
 
-_NEWTON = 40
-"""Most solutions towards one force; two are usual, seven under films a hundred times stiffer."""
+_NEWTON = 100
+"""Most solutions towards one force; two are usual, seven under films a hundred times stiffer, sixty where cells yield at 1e-7 of
+the modulus."""
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """A surface on a body: operators in double and single precision, gap at first touch [cells], the same on wider cells."""
+    """A surface on a body.
+
+    Operators in double and single precision, gap at first touch [cells], the same on wider cells, and the largest pressure [E*].
+    """
 
     operator: Operator
     inner: Operator
     height: Array
     coarser: Level | None = None
+    hardness: float = float("inf")
 
     def energy(self, pressure: Array, depth: float = 0.0) -> float:
         """Sum of p (u/2 + f - d): of two pressures with equal force, or at equal depth, the lower one is nearer."""
@@ -64,7 +70,14 @@ def at_depth(level: Level, depth: float, tolerance: float, limit: int, before: A
     elif before is not None and level.energy(before, depth) < 0:
         start = before
     state = solve_contact(
-        level.operator, level.height, depth, start=start, inner=level.inner, tolerance=tolerance, limit=limit
+        level.operator,
+        level.height,
+        depth,
+        start=start,
+        inner=level.inner,
+        tolerance=tolerance,
+        limit=limit,
+        ceiling=level.hardness,
     )
     return Solved(state, 0.0, state.converged)
 
@@ -86,20 +99,36 @@ def at_force(level: Level, force: float, tolerance: float, limit: int, before: A
         start = min((start, before * (force / before.sum())), key=level.energy)
     depth = float(np.vdot(start, operator.apply(start) + height)) / force
     aim, wanted, follows, left = None, LOOSE, True, limit
+    bounds, last = [0.0, float("inf")], float("inf")
     for _ in range(_NEWTON):
-        state = solve_contact(operator, height, depth, start=start, inner=inner, aim=aim, tolerance=wanted, limit=left)
+        state = solve_contact(
+            operator,
+            height,
+            depth,
+            start=start,
+            inner=inner,
+            aim=aim,
+            tolerance=wanted,
+            limit=left,
+            ceiling=level.hardness,
+        )
         missing, left = 1 - state.force / force, left - state.iterations
         if left <= 0 or (abs(missing) <= tolerance and wanted <= tolerance):
             break
         follows &= aim is None or state.depth != depth
-        punch, stiffness, _, _ = punch_stiffness(inner, state.contact)
+        punch, stiffness, _, _ = punch_stiffness(inner, state.elastic if state.elastic.any() else state.contact)
         scale = approach(operator, height, state.depth, state.displacement)
         # a gap adds stiffness times the gap to the force
         wanted = tolerance * min(1.0, force / (stiffness * scale))
         start, depth = state.pressure, state.depth
         aim = Aim(force, stiffness, punch) if follows else None
         if not follows:
-            depth = max(depth + missing * force / stiffness, depth / 4)
+            # where cells yield the force grows in steps, which its slope does not foresee
+            bounds[missing < 0] = depth
+            slow, last = abs(missing) > abs(last) / 2, missing
+            depth = depth + missing * force / stiffness if stiffness else np.inf
+            if slow or not bounds[0] < depth < bounds[1]:
+                depth = sum(bounds) / 2 if np.isfinite(bounds[1]) else max(depth, 2 * state.depth)
     return Solved(state, abs(missing), state.converged and abs(missing) <= tolerance)
 
 

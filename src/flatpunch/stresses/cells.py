@@ -10,28 +10,21 @@ take its place.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.compliances.stack import interfaces
-from flatpunch.stresses.axisymmetric.panels import nodes_or_points
-from flatpunch.stresses.axisymmetric.radial import (
-    NORMAL_ORDERS,
-    AnisotropicPart,
-    SurfacePart,
-    surface_part,
-    turned,
-    under_pressure,
-    under_traction,
-)
-from flatpunch.stresses.axisymmetric.round_load import layered_part, round_fields, split_off
+from flatpunch.stresses.axisymmetric.panels import at_nodes, nodes_or_points
+from flatpunch.stresses.axisymmetric.radial import SurfacePart, surface_part
+from flatpunch.stresses.axisymmetric.round_load import round_fields
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.stresses.bodies import Located
-from flatpunch.stresses.rectangle import corner, summed
+from flatpunch.stresses.one_cell import kernels
 from flatpunch.stresses.uniform_cells import Rule, convolved, fields_of_squares
 
 _FINE = Rule(cells=12, cut=1, window=6, across=4, down=8)
@@ -52,9 +45,6 @@ _RIM = 16
 _FINEST, _MOST = 64**2, 512**2
 """Cells into which those of a prescribed pressure are cut, at most: where the surface has no closed form for squares, and for
 what layers add."""
-
-_ROUNDER = (1 / 12 - 1 / (4 * np.pi)) / 2
-"""Share of a disc in the four cells around it with which it has the second moments of the square."""
 
 
 def _moments(low: float, high: float) -> list[float]:
@@ -141,6 +131,24 @@ class Cells:
         return replace(self, pressure=self.pressure[part], traction=self.traction[part], center=place)
 
 
+@dataclass(frozen=True, slots=True)
+class KeptPlanes:
+    """Fields of one load in one body on planes, kept for a search that evaluates them at many points in turn."""
+
+    planes: dict[tuple[float, ...], tuple[Indices, list[Array]]] = field(default_factory=dict)
+
+    def of(
+        self, key: tuple[float, ...], box: Indices, make: Callable[[Indices], Iterable[Array]]
+    ) -> tuple[Indices, list[Array]]:
+        """Planes that extend over a box at least, and their box: first and last row and column."""
+        if key in self.planes:
+            known, _ = self.planes[key]
+            box = np.stack([np.minimum(known[0], box[0]), np.maximum(known[1], box[1])])
+        if key not in self.planes or (box != known).any():
+            self.planes[key] = box, list(make(box))
+        return self.planes[key]
+
+
 def cell_fields(
     cells: Cells, at: Located, x: Array, y: Array, direction: float, coarser: Cells | None = None
 ) -> tuple[Array, Array, float]:
@@ -173,8 +181,8 @@ def cell_fields(
     place = x[tried] + moved[:, 0], y[tried] + moved[:, 1]
     fine = found[:6, some]
     if shallow.size:
-        fine = fields_of_cells(cells, part, *place, direction)[:6]
-    coarse = fields_of_cells(wide, part, *place, direction, _COARSE)[:6]
+        fine = fields_of_cells(cells, part, *place, direction, count=6)
+    coarse = fields_of_cells(wide, part, *place, direction, _COARSE, 6)
     error = 2 * float(np.abs(coarse - fine).max()) / largest if largest > 0 else 0.0
     return found[:6], found[6:], error
 
@@ -184,9 +192,18 @@ def _spread(size: int, count: int) -> Indices:
     return np.unique(np.linspace(0, size - 1, min(size, count)).round().astype(int))
 
 
-def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: float, rule: Rule = _FINE) -> Array:
-    """All nine components at the points, shape (9, n)."""
-    result = np.empty((9, x.size))
+def fields_of_cells(
+    cells: Cells,
+    at: Located,
+    x: Array,
+    y: Array,
+    direction: float,
+    rule: Rule = _FINE,
+    count: int = 9,
+    kept: KeptPlanes | None = None,
+) -> Array:
+    """The first `count` of the nine components at the points, shape (count, n)."""
+    result = np.empty((count, x.size))
     half_x, half_y = (n * cells.spacing / 2 for n in cells.pressure.shape[::-1])
     beside = np.maximum(np.abs(x - cells.center[0]) - half_x, np.abs(y - cells.center[1]) - half_y)
     distance = np.maximum(at.depth, beside)
@@ -196,7 +213,7 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
     far = np.flatnonzero(octave >= one)
     if far.size:
         part = Located(at.body, far, at.depth[far], at.layer[far], at.upper)
-        result[:, far] = _as_nine_discs(cells, part, x[far], y[far], direction)
+        result[:, far] = _as_nine_discs(cells, part, x[far], y[far], direction)[:count]
     wide, times = cells, 0
     for m in np.unique(octave[octave < one]).tolist():
         while times < m - 1:
@@ -205,10 +222,12 @@ def fields_of_cells(cells: Cells, at: Located, x: Array, y: Array, direction: fl
             here = np.flatnonzero((octave == m) & (at.layer == layer))
             part = Located(at.body, here, at.depth[here], np.full(here.size, layer), at.upper)
             if m == 0 and cells.uniform and _squares_at(at):
-                result[:, here] = _close(cells, part, x[here], y[here], direction, rule)
+                result[:, here] = _close(cells, part, x[here], y[here], direction, rule)[:count]
             else:
                 first = (rule.cells if m > 0 else 0.5) * wide.spacing
-                result[:, here] = _in_slabs(wide, part, first, x[here], y[here], direction, rule)
+                result[:, here] = _in_slabs(
+                    wide, part, first, x[here], y[here], direction, rule, count=count, kept=kept
+                )
     return result
 
 
@@ -244,16 +263,34 @@ def _in_slabs(
     y: Array,
     direction: float,
     rule: Rule,
+    *,
+    count: int = 9,
+    kept: KeptPlanes | None = None,
     layered: bool = False,
 ) -> Array:
     """Components at points of one layer from planes at Chebyshev nodes of octaves of depth, the first one down to `first`."""
-    result = np.empty((9, x.size))
+    result = np.zeros((count, x.size))
     layer = int(at.layer[0])
+    place = np.stack([y - cells.y[0], x - cells.x[0]]) / cells.spacing
     for points, low, high in _slabs(at, layer, at.depth, cells.spacing, first):
-        depths, weights = nodes_or_points(at.depth[points], low, high, rule.down)
-        planes = _on_planes(cells, at, depths, layer, x[points], y[points], direction, layered)
-        result[:, points] = sum(plane * weights[:, i] for i, plane in enumerate(planes))
+        here = place[:, points]
+        box = np.stack([np.floor(here.min(axis=1)) - _RIM, np.ceil(here.max(axis=1)) + _RIM]).astype(int)
+        rule_in_depth = nodes_or_points if kept is None else at_nodes
+        depths, weights = rule_in_depth(at.depth[points], low, high, rule.down)
+        make = partial(_on_planes, cells, at, depths, layer, direction, count, layered)
+        box, planes = (box, make(box)) if kept is None else kept.of((cells.spacing, layer, low, high), box, make)
+        own, which = np.unique(here[0] + 1j * here[1], return_inverse=True)
+        where = np.stack([own.real, own.imag]) - box[0][:, None]
+        for plane, weight in zip(planes, weights.T, strict=True):
+            result[:, points] += weight * _between(plane, where)[:, which]
     return result
+
+
+def _between(splines: Array, where: Array) -> Array:
+    """Values of splines, shape (components, ny, nx), at rows and columns, shape (2, n)."""
+    return np.stack(
+        [scipy.ndimage.map_coordinates(each, where, order=5, mode="mirror", prefilter=False) for each in splines]
+    )
 
 
 def _as_nine_discs(cells: Cells, at: Located, x: Array, y: Array, direction: float) -> Array:
@@ -306,87 +343,23 @@ def _slabs(at: Located, layer: int, z: Array, spacing: float, first: float) -> I
 
 
 def _on_planes(
-    cells: Cells, at: Located, depths: Array, layer: int, x: Array, y: Array, direction: float, layered: bool
+    cells: Cells, at: Located, depths: Array, layer: int, direction: float, count: int, layered: bool, box: Indices
 ) -> Iterator[Array]:
-    """Components at points of the planes of several depths, shape (9, n); `layered`: only what layers add."""
-    h = cells.spacing
-    # the plane's grid in units of the cells: first and last centres around the points
-    column, row = (x - cells.x[0]) / h, (y - cells.y[0]) / h
-    first_x, last_x = int(np.floor(column.min())) - _RIM, int(np.ceil(column.max())) + _RIM
-    first_y, last_y = int(np.floor(row.min())) - _RIM, int(np.ceil(row.max())) + _RIM
-    ny, nx = cells.pressure.shape
-    # offsets between the centres of targets and sources
-    across = np.arange(first_x - nx + 1, last_x + 1)
-    along = np.arange(first_y - ny + 1, last_y + 1)
-    shape = last_y - first_y + 1, last_x - first_x + 1
-    acting = cells.acting(direction, at.upper)
-    kernels = [_kernels(at, depths, layer, across, along, h, along_x, layered) for _, along_x, _ in acting]
-    where = np.stack([row - first_y, column - first_x])
-    for _ in depths:
-        planes = np.zeros((9, *shape))
-        for (load, _, sign), kernel in zip(acting, kernels, strict=True):
-            planes += sign * convolved(load, next(kernel), shape)
-        yield np.stack([scipy.ndimage.map_coordinates(each, where, order=5, mode="nearest") for each in planes])
+    """Splines of the components on the planes of several depths, shape (count, ny, nx); `layered`: only what layers add.
 
-
-def _kernels(
-    at: Located,
-    depths: Array,
-    layer: int,
-    across: Array,
-    along: Array,
-    h: float,
-    direction: float | None,
-    layered: bool,
-) -> Iterator[Array]:
-    """Fields of one loaded cell at offsets (in cells), shape (9, ny, nx), depth by depth.
-
-    What layers add is found for all depths at once: most of its time goes into the waves below them, which is the same for all.
+    `box` holds the first and the last row and column of their lattice, which continues that of the cells.
     """
-    disc, shear = UniformDisc(h / np.sqrt(np.pi)), direction is not None
-    r, which, angles = _polar(_longer(across), _longer(along), h)
-    places = np.tile(r, depths.size), np.repeat(depths, r.size), np.full(r.size * depths.size, layer)
-    added = layered_part(at.body, disc, *places, shear)
-    shape = along.size + 2, across.size + 2
-    for i, z in enumerate(depths.tolist()):
-        mine = i * r.size + which
-        found = _squared(_components(added[:, mine], angles, direction).reshape(-1, *shape))
-        if not layered and split_off(at.body, disc, np.full(1, z), np.full(1, layer))[0]:
-            found += _split_off_part(at, z, across, along, h, direction)
-        yield found
-
-
-def _longer(offsets: Array) -> Array:
-    return np.arange(offsets[0] - 1, offsets[-1] + 2)
-
-
-def _squared(discs: Array) -> Array:
-    """Smooth fields of a square from those of discs on one more offset all around."""
-    middle = discs[:, 1:-1, 1:-1]
-    around = discs[:, 2:, 1:-1] + discs[:, :-2, 1:-1] + discs[:, 1:-1, 2:] + discs[:, 1:-1, :-2]
-    return middle + _ROUNDER * (around - 4 * middle)
-
-
-def _polar(across: Array, along: Array, h: float) -> tuple[Array, Indices, Array]:
-    """Different distances [m] of offsets (in cells) from the origin, which of them each offset has, and its polar angle."""
-    gx, gy = np.meshgrid(across, along)
-    squares, which = np.unique(gx * gx + gy * gy, return_inverse=True)
-    return h * np.sqrt(squares), which.ravel(), np.arctan2(gy, gx).ravel()
-
-
-def _components(functions: Array, angles: Array, direction: float | None) -> Array:
-    """Nine components of the functions of a pressure, or of those of a traction in a direction, which follow them."""
-    if direction is None:
-        return under_pressure(functions, angles)
-    return turned(under_traction(functions[len(NORMAL_ORDERS) :], angles - direction), direction)
-
-
-def _split_off_part(at: Located, z: float, across: Array, along: Array, h: float, direction: float | None) -> Array:
-    part = surface_part(at.body)
-    if isinstance(part, AnisotropicPart):
-        # a disc of the same area takes the place of the square
-        r, which, angles = _polar(across, along, h)
-        functions = part.of_load(UniformDisc(h / np.sqrt(np.pi)), r, np.full(r.size, z), direction is not None)
-        return _components(functions[:, which], angles, direction).reshape(-1, along.size, across.size)
-    x, y = ((np.append(each, each[-1] + 1) - 0.5) * h for each in (across, along))
-    return part.kept_of_components(summed(corner(*np.meshgrid(x, y), z, *part.constants, direction)))
+    # offsets between the centres of targets and sources
+    along, across = (
+        np.arange(low - n + 1, high + 1) for low, high, n in zip(*box.tolist(), cells.pressure.shape, strict=True)
+    )
+    rows, columns = (box[1] - box[0] + 1).tolist()
+    acting = cells.acting(direction, at.upper)
+    each_load = [kernels(at, depths, layer, across, along, cells.spacing, along_x, layered) for _, along_x, _ in acting]
+    for _ in depths:
+        planes = np.zeros((count, rows, columns))
+        for (load, _, sign), kernel in zip(acting, each_load, strict=True):
+            planes += sign * convolved(load, next(kernel)[:count], (rows, columns))
+        for axis in (1, 2):
+            planes = scipy.ndimage.spline_filter1d(planes, order=5, axis=axis, mode="mirror")
+        yield planes

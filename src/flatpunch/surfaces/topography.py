@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -69,7 +68,8 @@ class Topography:
     Parameters
     ----------
     heights : array, shape (ny, nx)
-        Heights [m] of the cell centres, rows along y; peaks are positive and point towards the elastic body.
+        Heights [m] of the cell centres, rows along y; peaks are positive and point towards the elastic body. They are copied into
+        an array of the surface's own, which other programs (Tamaas, SurfaceTopography) take as it is.
     spacing : float
         Side of a cell [m], > 0.
     periodic : bool or (bool, bool)
@@ -118,7 +118,6 @@ class Topography:
                 f"Topography.heights has {int(bad.sum())} missing or infinite values, the first in row {i}, column {j}. Fill "
                 "them, or cut the surface to where it was measured; a HeightMap may have missing values at its rim."
             )
-        table.setflags(write=False)
         object.__setattr__(self, "heights", table)
         hint = "It is the side of a cell in metres, not the length of the scan."
         object.__setattr__(self, "spacing", positive("Topography.spacing", spacing, hint, unit="m"))
@@ -161,12 +160,12 @@ class Topography:
         """Nominal area [m^2]."""
         return self.heights.size * self.spacing**2
 
-    @cached_property
+    @property
     def rms_height(self) -> float:
         """Standard deviation of the heights [m]."""
         return float(np.std(self.heights))
 
-    @cached_property
+    @property
     def rms_slope(self) -> float:
         """Root of the mean squared gradient [-], from differences of neighbouring cells."""
         return float(np.sqrt(sum(np.mean(self._differences(axis) ** 2) for axis in (0, 1)))) / self.spacing
@@ -181,7 +180,7 @@ class Topography:
         closed = np.concatenate([self.heights, first], axis) if self.periodic[1 - axis] else self.heights
         return np.asarray(np.diff(closed, axis=axis))
 
-    @cached_property
+    @property
     def _digest(self) -> str:
         return hashlib.sha256(self.heights.tobytes()).hexdigest()[:16]
 

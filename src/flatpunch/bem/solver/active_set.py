@@ -1,13 +1,13 @@
-"""Contact on a grid at given depth: p >= 0, gap >= 0, p gap = 0.
+"""Contact on a grid at given depth: 0 <= p <= ceiling, gap >= 0 without pressure, <= 0 at the ceiling, zero between.
 
-The outer loop guesses the contact: cells that carry pressure or overlap the indenter. The inner loop removes the gap error on it
-by preconditioned conjugate gradients (conjugate.py). Pressures that came out negative are dropped, and the contact is guessed
-anew. The inner problem is linear and is solved to a fraction of the error it began with, so that the conjugate directions survive
-many small changes of the contact; these stop the classical method with one loop (Polonsky & Keer 1999) under stiff films. It
-yields a correction only, for which single precision suffices at any tolerance. The outer loop works in the operator's own
-precision, and the residual it reports is that of the pressure it returns. Its full steps are those of a semismooth Newton method,
-which may cycle. When the error stops falling, only steps that lower the energy sum p (u/2 + f - d) are taken, of which there is
-one as long as any error is left.
+The outer loop guesses the contact: cells that carry pressure or overlap the indenter. The inner loop removes the gap error on
+it by preconditioned conjugate gradients (conjugate.py). Pressures that came out negative are dropped, those above the ceiling
+(a hardness; infinite otherwise) are cut, and the contact is guessed anew. The inner problem is linear and is solved to a
+fraction of the error it began with, so that the conjugate directions survive many small changes of the contact; these stop the
+classical method with one loop (Polonsky & Keer 1999) under stiff films. It yields a correction only, for which single precision
+suffices at any tolerance. The outer loop works in the operator's own precision, and the residual it reports is that of the
+pressure it returns. Its full steps are those of a semismooth Newton method, which may cycle. When the error stops falling, only
+steps that lower the energy sum p (u/2 + f - d) are taken, of which there is one as long as any error is left.
 
 Lengths in cells, pressures in E*. On a folded grid forces and stiffnesses are those of the whole contact.
 """
@@ -39,6 +39,8 @@ class State:
         Pressure [E*] and the displacement it causes [cells].
     contact : array of bool, shape (ny, nx)
         Where the pressure is positive.
+    elastic : array of bool, shape (ny, nx)
+        Where it is below the ceiling as well.
     depth, force : float
         Depth [cells], force [E* cells^2].
     gap_error : float
@@ -54,6 +56,7 @@ class State:
     pressure: Cells
     displacement: Cells
     contact: Cells
+    elastic: Cells
     depth: float
     force: float
     gap_error: float
@@ -85,6 +88,24 @@ class Aim:
     punch: Cells
 
 
+@dataclass(frozen=True, slots=True)
+class _Problem:
+    """The body, the gap at first touch [cells], and the largest pressure [E*]."""
+
+    operator: Operator
+    height: Cells
+    ceiling: float
+
+    def within(self, pressure: Cells) -> Cells:
+        """A pressure without its negative part and what exceeds the ceiling."""
+        xp = self.operator.xp
+        pressure = xp.where(pressure > 0, pressure, xp.zeros_like(pressure))
+        return xp.where(pressure < self.ceiling, pressure, xp.full_like(pressure, self.ceiling))
+
+    def elastic(self, pressure: Cells) -> Cells:
+        return (pressure > 0) & (pressure < self.ceiling)
+
+
 @dataclass(slots=True)
 class _Trial:
     """A pressure with its displacement at one depth."""
@@ -106,24 +127,25 @@ def solve_contact(
     aim: Aim | None = None,
     tolerance: float = 1e-8,
     limit: int = 1000,
+    ceiling: float = float("inf"),
 ) -> State:
     """Contact of one indenter at one depth [cells] > 0, or near it where a force is aimed at.
 
     `height` is the gap at first touch [cells], shape (ny, nx), infinite where the indenter has no surface; `start` a pressure
     to begin with; `inner` the operator in single precision, by default made here. Where a force cannot be met, `depth` is kept.
     `tolerance` is the largest gap error in contact and the largest penetration outside, relative to depth; `limit` that of
-    inner iterations.
+    inner iterations; `ceiling` the largest pressure [E*].
     """
-    xp = operator.xp
+    xp, problem = operator.xp, _Problem(operator, height, ceiling)
     inner = operator.single() if inner is None else inner
     iterations, convolutions, best, waited = 0, 1, np.inf, 0
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
-    now = _trial(operator, height, depth, zero if start is None else xp.where(xp.isfinite(height), start, zero))
+    now = _trial(problem, depth, problem.within(zero if start is None else xp.where(xp.isfinite(height), start, zero)))
     removal, first_depth, slope, last = Removal(inner), depth, 0.0 if aim is None else aim.stiffness, None
     while True:
         if aim is not None:
-            closed = _closed_force(operator, aim, now)
+            closed = _closed_force(problem, aim, now)
             # the contact, and with it the stiffness, may have changed since the aim was taken
             if last is not None:
                 gained, moved = closed - last[1], depth - last[0]
@@ -135,27 +157,29 @@ def solve_contact(
                 aim, depth = None, first_depth
             else:
                 depth = foreseen
-            now = _judged(operator, height, depth, now.pressure, now.displacement)
+            now = _judged(problem, depth, now.pressure, now.displacement)
         error, missing = max(now.gap_error, now.penetration), 0.0 if aim is None else _missing(operator, aim, now)
         if iterations >= limit or max(error, missing) <= tolerance:
             break
         best, waited = (error, 0) if error < best else (best, waited + 1)
-        careful, contact = waited >= PATIENCE, now.pressure > 0
+        careful, contact = waited >= PATIENCE, problem.elastic(now.pressure)
         if not careful or now.penetration > now.gap_error:
-            overlapping = ~contact & (now.gap < 0)
+            overlapping = (now.pressure == 0) & (now.gap < 0)
             # under a start with too small a load far more cells overlap than will touch
             touching = xp.count_nonzero(contact)
             if iterations or not touching or touching >= xp.count_nonzero(overlapping):
                 contact = contact | overlapping
+        contact = contact | _parting(problem, now)
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
         # the gap may be closed already where only the force is missing
         change, count = removal(contact, gap, _drop(tolerance, error), limit - iterations)
-        now, tried = _advance(operator, height, depth, now, change, careful)
+        now, tried = _advance(problem, depth, now, change, careful)
         iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
     return State(
         pressure=now.pressure,
         displacement=now.displacement,
         contact=now.pressure > 0,
+        elastic=problem.elastic(now.pressure),
         depth=depth,
         force=_force(operator, now.pressure),
         gap_error=now.gap_error,
@@ -172,48 +196,51 @@ def _drop(tolerance: float, error: float) -> float:
     return max(DROP, enough / max(error, enough))
 
 
-def _advance(
-    operator: Operator, height: Cells, depth: float, now: _Trial, change: Cells, careful: bool
-) -> tuple[_Trial, int]:
+def _parting(problem: _Problem, now: _Trial) -> Cells:
+    """Cells at the ceiling that have a gap, and so need less pressure."""
+    return (now.pressure >= problem.ceiling) & (now.gap > 0)
+
+
+def _advance(problem: _Problem, depth: float, now: _Trial, change: Cells, careful: bool) -> tuple[_Trial, int]:
     """Take `change`, or if `careful` as much of it as lowers the energy; with the number of convolutions."""
-    xp = operator.xp
+    xp = problem.operator.xp
     change = xp.astype(change, now.pressure.dtype)
     if not careful:
-        return _trial(operator, height, depth, _pressing(xp, now.pressure + change)), 1
+        return _trial(problem, depth, problem.within(now.pressure + change)), 1
     energy = _energy(xp, now)
     # differences of energy are only known to the rounding of its sum
     rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(energy)
     halvings = 12
     for tried in range(halvings):
-        later = _trial(operator, height, depth, _pressing(xp, now.pressure + 0.5**tried * change))
+        later = _trial(problem, depth, problem.within(now.pressure + 0.5**tried * change))
         better = max(later.gap_error, later.penetration) < max(now.gap_error, now.penetration)
         lower = _energy(xp, later) - energy
         if lower < -rounding or (lower <= rounding and better):
             return later, tried + 1
-    return _descended(operator, height, depth, now, change), halvings + 1
+    return _descended(problem, depth, now, change), halvings + 1
 
 
-def _descended(operator: Operator, height: Cells, depth: float, now: _Trial, change: Cells) -> _Trial:
+def _descended(problem: _Problem, depth: float, now: _Trial, change: Cells) -> _Trial:
     """A step that is sure to lower the energy, as projecting part of a Newton step is not.
 
     In cells that overlap the pressure may grow without bound, so that they are loaded by what overlaps, as much as lowers the
     energy most. Where cells in contact are worse, `change` is of those alone and taken until the first of them is unloaded.
     """
-    xp = operator.xp
+    operator, xp = problem.operator, problem.operator.xp
     zero = xp.zeros_like(now.gap)
     if now.penetration > now.gap_error:
         change = -xp.where((now.pressure == 0) & (now.gap < 0), now.gap, zero)
         length = dot(xp, change, change) / dot(xp, change, operator.apply(change))
     else:
-        falling = change < 0
-        steepness = xp.where(falling, -change, xp.ones_like(zero))
-        length = min(1.0, float(xp.min(xp.where(falling, now.pressure / steepness, xp.full_like(zero, xp.inf)))))
-    return _trial(operator, height, depth, _pressing(xp, now.pressure + length * change))
+        room = xp.where(change < 0, now.pressure, problem.ceiling - now.pressure)
+        steepness = xp.where(change != 0, xp.abs(change), xp.ones_like(zero))
+        length = min(1.0, float(xp.min(xp.where(change != 0, room / steepness, xp.full_like(zero, xp.inf)))))
+    return _trial(problem, depth, problem.within(now.pressure + length * change))
 
 
-def _closed_force(operator: Operator, aim: Aim, now: _Trial) -> float:
-    xp = operator.xp
-    contact = (now.pressure > 0) | (now.gap < 0)
+def _closed_force(problem: _Problem, aim: Aim, now: _Trial) -> float:
+    operator, xp = problem.operator, problem.operator.xp
+    contact = problem.elastic(now.pressure) | ((now.pressure == 0) & (now.gap < 0)) | _parting(problem, now)
     adds = -dot(xp, aim.punch, xp.where(contact, now.gap, xp.zeros_like(now.gap))) * operator.grid.copies
     return _force(operator, now.pressure) + adds
 
@@ -227,17 +254,18 @@ def _force(operator: Operator, pressure: Cells) -> float:
     return float(operator.xp.sum(pressure)) * operator.grid.copies
 
 
-def _trial(operator: Operator, height: Cells, depth: float, pressure: Cells) -> _Trial:
-    return _judged(operator, height, depth, pressure, operator.apply(pressure))
+def _trial(problem: _Problem, depth: float, pressure: Cells) -> _Trial:
+    return _judged(problem, depth, pressure, problem.operator.apply(pressure))
 
 
-def _judged(operator: Operator, height: Cells, depth: float, pressure: Cells, u: Cells) -> _Trial:
-    xp = operator.xp
-    gap = u + (height - depth)
+def _judged(problem: _Problem, depth: float, pressure: Cells, u: Cells) -> _Trial:
+    xp = problem.operator.xp
+    gap = u + (problem.height - depth)
     loaded = pressure > 0
     zero = xp.zeros_like(gap)
-    scale = approach(operator, height, depth, u)
-    gap_error = largest(xp, xp.where(loaded, gap, zero)) / scale
+    scale = approach(problem.operator, problem.height, depth, u)
+    # at the ceiling overlap is what yields
+    gap_error = largest(xp, xp.where(loaded & ((pressure < problem.ceiling) | (gap > 0)), gap, zero)) / scale
     penetration = max(0.0, -float(xp.min(xp.where(loaded, zero, gap))) / scale)
     return _Trial(pressure, u, gap, gap_error, penetration)
 
@@ -257,11 +285,6 @@ def _energy(xp: Namespace, trial: _Trial) -> float:
     """Sum of p (u/2 + f - d), which is p (gap - u/2) where the indenter has a surface."""
     inside = xp.where(trial.pressure > 0, trial.gap, xp.zeros_like(trial.gap))
     return dot(xp, trial.pressure, inside - 0.5 * trial.displacement)
-
-
-def _pressing(xp: Namespace, pressure: Cells) -> Cells:
-    """A pressure without its negative part."""
-    return xp.where(pressure > 0, pressure, xp.zeros_like(pressure))
 
 
 def punch_stiffness(

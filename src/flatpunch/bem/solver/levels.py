@@ -142,7 +142,7 @@ class Levels:
 
     def unfolded_state(self, state: State) -> State:
         """A solution on the whole grid."""
-        fields = ("pressure", "displacement", "contact")
+        fields = ("pressure", "displacement", "contact", "elastic")
         return replace(state, **{name: self.grid.unfold(getattr(state, name)) for name in fields})
 
     @property

@@ -11,7 +11,6 @@ import hashlib
 import io
 import json
 import warnings
-import zipfile
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from flatpunch import bem
 from flatpunch._support.checks import Array, FlatpunchWarning
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import record
-from flatpunch._support.reading import Unreadable, content
+from flatpunch._support.reading import Unreadable, archived_arrays, content
 from flatpunch._support.whole_file import BrokenSeal, sealed, unsealed, write_whole
 from flatpunch.compliances import Kernel
 from flatpunch.contact.boundary_elements import error
@@ -135,14 +134,13 @@ class SampleCache:
             body, has_seal = unsealed(content(self.path, 1_000_000_000))
             if not has_seal:
                 raise BrokenSeal("it has no seal")
-            with np.load(io.BytesIO(body), allow_pickle=False) as file:
-                numbers, shapes = file["numbers"], file["shapes"]
-                samples = {
-                    x: Sample(force, growth, shape, *errors)
-                    for (x, force, growth, *errors), shape in zip(numbers.tolist(), shapes, strict=True)
-                }
-                return samples, file["gaps"].tolist()
-        except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile) as error:
+            found = archived_arrays(body)
+            samples = {
+                x: Sample(force, growth, shape, *errors)
+                for (x, force, growth, *errors), shape in zip(found["numbers"].tolist(), found["shapes"], strict=True)
+            }
+            return samples, found["gaps"].tolist()
+        except (ValueError, KeyError) as error:
             reason = str(error) if isinstance(error, (BrokenSeal, Unreadable)) else type(error).__name__
             with suppress(OSError):
                 self.path.replace(self.path.with_name(f"{self.path.name}.damaged"))

@@ -243,7 +243,11 @@ def nodes_or_points(x: Array, low: float, high: float, count: int) -> tuple[Arra
         weights = np.zeros((x.size, own.size))
         weights[np.arange(x.size), which.ravel()] = 1
         return own, weights
-    low, high = max(low, own[0] - 1e-9 * (own[-1] - own[0])), min(high, own[-1])
+    return at_nodes(x, max(low, own[0] - 1e-9 * (own[-1] - own[0])), min(high, own[-1]), count)
+
+
+def at_nodes(x: Array, low: float, high: float, count: int) -> tuple[Array, Array]:
+    """Chebyshev nodes of an interval, and weights that bring functions from there to the points x in it, shape (n, count)."""
     values = chebyshev.chebvander(np.clip((2 * x - low - high) / (high - low), -1, 1), count - 1)
     nodes = (low + high) / 2 + (high - low) / 2 * unit_nodes(count)
     return np.maximum(nodes, 0.0), values @ nodal_transform(count)

@@ -217,8 +217,8 @@ class Search(Protocol):
     def maxima(self, size: float) -> list[Event]:
         """Local maxima of every kind in every layer, on a grid."""
 
-    def refined(self, event: Event, size: float) -> Event:
-        """Return an event with its place refined."""
+    def refined(self, events: Sequence[Event], size: float) -> list[Event]:
+        """Return events with their places refined."""
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
         """Follow an event to the place to which it moves as the contact grows."""
@@ -277,14 +277,14 @@ def _crossing(search: Search, low: float, start: float, high: float) -> tuple[fl
     worst = max(events, key=lambda event: event.utilisation)
     if _missed(worst) and worst.utilisation < 1 and size >= high * (1 - ROUNDING):
         # the grid may be below one where the refined place is not
-        worst = search.refined(worst, size)
+        (worst,) = search.refined([worst], size)
         if worst.utilisation < 1:
             return np.inf, worst, events
     size, worst = _followed(search, worst, size, low, high)
     for _ in range(_ROUNDS):
         # the place may have moved, and another, which the grid under- or overestimates, may be worse there
         near = [worst, *(each for each in search.maxima(size) if 1 - _WORTH < each.utilisation < np.inf)]
-        higher = [each for each in (search.refined(each, size) for each in near) if each.utilisation > 1 + SURE]
+        higher = [each for each in search.refined(near, size) if each.utilisation > 1 + SURE]
         if not higher or size <= low * (1 + ROUNDING):
             break
         size, worst = _followed(search, max(higher, key=lambda event: event.utilisation), size, low, high)
@@ -298,7 +298,7 @@ def _crossing(search: Search, low: float, start: float, high: float) -> tuple[fl
 def _followed(search: Search, worst: Event, size: float, low: float, high: float) -> tuple[float, Event]:
     """Size at which one event happens, its place refined."""
     for _ in range(_ROUNDS):
-        worst = search.refined(worst, size)
+        (worst,) = search.refined([worst], size)
         follow = partial(_alone, search.follower(worst, size))
         least, most = max(low, size / 2), min(high, size * 2)
         size, (worst,) = _solved(follow, size, least, most, _SOLVED)

@@ -1,25 +1,16 @@
-"""First event under a contact that is no disc: its pressure on cells, by boundary elements.
-
-The largest tension at the surface is at the rim. Inside it falls like the root of the distance, and the staircase of the cells
-has an error there that falls only like the root of their width. A few cells outside the fields of the cells are accurate. There
-the stress is fitted by a cubic polynomial of t = ln(1 + s/l), with s the distance from the rim and l the shortest length of
-contact and body; under friction by one of the root of t, as the traction falls like the root. Its value at s = 0 is the stress at
-the rim.
-"""
+"""First event under a contact that is no disc: its pressure on cells, by boundary elements; at the rim see `rim`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from scipy.spatial import cKDTree
-from scipy.special import hyp2f1
 
 from flatpunch import bem
-from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliances import Kernel
 from flatpunch.contact.curve import Control, Curve
 from flatpunch.contact.exact import has_ellipse, solve_ellipse
@@ -29,7 +20,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.punch import UnresolvedLayer
 from flatpunch.stresses.axisymmetric.radial import SurfacePart
 from flatpunch.stresses.bodies import Located
-from flatpunch.stresses.cells import Cells, fields_of_cells
+from flatpunch.stresses.cells import Cells, KeptPlanes, fields_of_cells
 from flatpunch.stresses.failure.events import (
     FINER,
     ROUNDS,
@@ -41,6 +32,7 @@ from flatpunch.stresses.failure.events import (
     of_kind,
     outwards,
 )
+from flatpunch.stresses.failure.rim import Rim, at_ellipse
 from flatpunch.stresses.failure.round import bending, radius_limits
 from flatpunch.stresses.failure.tips import counted_by, infinite
 
@@ -51,8 +43,8 @@ _RIM = 2 * _FINE
 _RAYS = 720
 """Points of the rim; an eighth of them cost 6 % of the tension at the ends of contacts four times as long as wide."""
 
-_CLOSED = 1e-8
-"""Relative error of the closed form at the ends of an ellipse: digits lost where the contact is nearly round."""
+_CLOSED = 1e-5
+"""Relative error at the rim of an ellipse on a half-space: that of the place between two points of the rim."""
 
 _PLACES = np.linspace(-1, 1, 27)
 """Places of the grid along x and y over its half-widths."""
@@ -60,42 +52,52 @@ _PLACES = np.linspace(-1, 1, 27)
 _WIDER = 4
 """Width of a grid over that of the one inside it: stresses at a distance vary over that distance."""
 
-_CLEAR = 3.0
-"""Distance from the rim in cells beyond which the staircase changes the stress by less than 0.3 %; at two thirds, by 1 %."""
-
-_REACH = 0.6
-"""Range of the fit over the length l; with twice as much it is off by 3 % under friction."""
-
-_ASIDE = 3
-"""Points of an outline on either side between which its normal is taken; with one, the noise of the points turns it."""
+Lines = tuple[Array, Array, Array]
+"""Values of x, y and the depth whose product is a grid [m]."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Rim:
-    """Points of an outline and the points outside at which the stress is fitted.
+@dataclass(slots=True)
+class _Place:
+    """An event whose place is refined, and over which intervals and between which depths [m] that begins."""
 
-    Attributes
-    ----------
-    place : ndarray, shape (2, n)
-        Points of the outline [m].
-    outside : ndarray, shape (2, n, points)
-        Points along the outward normals [m].
-    weights : ndarray, shape (points,)
-        Of the stress at these points in that at the rim.
-    clear : float
-        Distance from the rim below which cells do not resolve the stress [m].
-    """
+    event: Event
+    wide: Array
+    limits: tuple[float, float]
+    rim: Rim | None
+    finer: Array = field(default_factory=lambda: np.zeros(3))
 
-    place: Array
-    outside: Array
-    weights: Array
-    clear: float
+    @property
+    def open(self) -> bool:
+        """Whether grids are not as fine as they get."""
+        return bool(self.finer.min() < ROUNDS)
 
-    def beside(self, place: Array) -> Flags:
-        """Which places, shape (3, ...), are too close to the rim for the cells."""
-        points = np.vstack([self.place, np.zeros(self.place.shape[1])]).T
-        far, _ = cKDTree(points).query(np.moveaxis(place, 0, -1))
-        return np.asarray(far < self.clear)
+    @property
+    def middle(self) -> Array:
+        """Place of the largest value, with its depth for z [m]."""
+        x, y, z = self.event.place
+        return np.array([x, y, abs(z)])
+
+    @property
+    def steps(self) -> Array:
+        """Half the grid along each axis [m]."""
+        return np.asarray(self.wide / FINER**self.finer)
+
+    @property
+    def lines(self) -> Lines:
+        """The grid around that place."""
+        x, y, z = self.middle[:, None] + self.steps[:, None] * STEPS
+        return x, y, np.unique(np.clip(z, *self.limits))
+
+    def resolved(self, stress: Array, place: Array) -> Array:
+        """Stresses without those beside the rim where that is fitted."""
+        return stress if self.rim is None else self.rim.away(stress, place)
+
+    def take(self, found: list[Event]) -> None:
+        """Go to the largest value of a grid."""
+        middle, steps = self.middle, self.steps
+        self.event = max(self.event, of_kind(self.event.kind, found), key=lambda each: each.utilisation)
+        # grids become finer once the largest value is inside, not at an end from which it may grow further
+        self.finer += np.abs(self.middle - middle) <= (1 - ROUNDING) * steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,25 +136,21 @@ class CellSearch:
         control = Control("depth", self._depth(size))
         return solve_ellipse(self.kernel, self.indenter, control, np.array([0.0, np.pi / 2]))
 
-    def _ends(self, judged: Judged, size: float) -> list[Event] | None:
-        """Largest stresses over strength at the ends of the contact ellipse, where a half-space has its largest tension.
+    def _in_closed_form(self, judged: Judged, size: float) -> list[Event] | None:
+        """Largest stresses over strength at the rim of a contact ellipse, where a half-space has its largest tension.
 
-        None for other bodies and tips, and under friction. Along the long axis, of half-axis a, the stress is
-        p0 (1 - 2 nu) b/(a e^2) (artanh(e)/e - 1), and minus that across it (K. L. Johnson, Contact Mechanics, 1985, ch. 4).
+        None for other bodies and tips.
         """
         exact, body = self._ellipse(size), judged.body
-        if exact is None or self.friction or self.kernel.exponent or body.layers or not body.base.isotropic:
+        if exact is None or self.kernel.exponent or body.layers or not body.base.isotropic:
             return None
         half_axes = exact.contour[0]
-        long = int(np.argmax(half_axes))
-        a, b = half_axes[long], half_axes[1 - long]
-        # (artanh(e)/e - 1)/e^2, without cancellation in contacts that are nearly round
-        share = float(hyp2f1(1, 3 / 2, 5 / 2, 1 - (b / a) ** 2)) / 3
-        peak = 3 * exact.force[0] / (2 * np.pi * a * b)
-        stress, place = np.zeros((6, 1, 1, 1)), np.zeros((3, 1, 1, 1))
-        stress[long] = peak * (1 - 2 * SurfacePart.of(body).constants[1]) * b / a * share
-        stress[1 - long], place[long] = -stress[long], a
-        return [replace(each, rim=True) for each in judged.largest(0, stress, place)]
+        peak = 3 * exact.force[0] / (2 * np.pi * half_axes.prod())
+        friction = -self.friction if judged.upper else self.friction
+        phi = 2 * np.pi * np.arange(_RAYS) / _RAYS
+        stress, place = at_ellipse(half_axes, friction, SurfacePart.of(body).constants[1], phi)
+        found = judged.largest(0, peak * stress[..., None, None], place[..., None, None])
+        return [replace(each, rim=True) for each in found]
 
     def _solved(self, size: float, count: int) -> bem.Solution:
         key = size, count
@@ -208,32 +206,32 @@ class CellSearch:
         """
         found = chosen(i, stress, place)
         kinds = {each.kind for each in found} & {"tensile", *(("yield", "shear") if self.friction else ())}
-        ends = self._ends(judged, size) if i == 0 and kinds else None
-        if ends is not None:
-            # nowhere else is the tension as large
-            kept = [each for each in found if each.kind != "tensile"]
-            return kept + [each for each in ends if each.kind == "tensile"]
-        rim = self._rim(size, _COARSE) if i == 0 and kinds else None
-        if rim is None:
+        if i > 0 or not kinds:
             return found
         order = [each.kind for each in found]
         kept = [each for each in found if each.kind != "tensile"]
-        kept += [each for each in chosen(i, _away(rim, stress, place), place) if each.kind == "tensile"]
-        kept += [each for each in self._at_rim(judged, size, _COARSE, rim) if each.kind in kinds]
+        at_rim = self._in_closed_form(judged, size)
+        if at_rim is None:
+            rim = self._rim(size, _COARSE)
+            if rim is None:
+                return found
+            kept += [each for each in chosen(i, rim.away(stress, place), place) if each.kind == "tensile"]
+            at_rim = self._at_rim(judged, size, _COARSE, rim)
+        kept += [each for each in at_rim if each.kind in kinds]
         return sorted(kept, key=lambda each: order.index(each.kind))
 
-    def _rim(self, size: float, count: int, phi: float | None = None) -> _Rim | None:
+    def _rim(self, size: float, count: int, phi: float | None = None) -> Rim | None:
         """The rim of a contact, or its point at a polar angle; none on bodies whose surface has no modulus."""
         if self.kernel.exponent:
             return None
         chosen = slice(None) if phi is None else np.array([round(phi / (2 * np.pi) * _RAYS) % _RAYS])
-        return _rim_of(self._solved(size, count), self.kernel.surface_length, self.friction > 0, chosen)
+        return Rim.of(self._solved(size, count), self.kernel.surface_length, self.friction > 0, chosen)
 
-    def _at_rim(self, judged: Judged, size: float, count: int, rim: _Rim) -> list[Event]:
+    def _at_rim(self, judged: Judged, size: float, count: int, rim: Rim) -> list[Event]:
         """Largest stresses over strength of each kind at the surface along the rim."""
         x, y = rim.outside.reshape(2, -1)
         at = Located(judged.body, np.arange(x.size), np.zeros(x.size), np.zeros(x.size, dtype=int), judged.upper)
-        outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0)[:6].reshape(6, -1, rim.weights.size)
+        outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0, count=6).reshape(6, -1, rim.weights.size)
         place = np.vstack([rim.place, np.zeros(rim.place.shape[1])])
         found = judged.largest(0, (outside @ rim.weights)[..., None, None], place[..., None, None])
         return [replace(each, rim=True) for each in found]
@@ -252,53 +250,70 @@ class CellSearch:
 
         def on_grid(n: int) -> list[Event]:
             x, y = (middle + _PLACES * _WIDER**n * half for middle, half in zip(center, halves, strict=True))
-            return chosen(*self._at(judged, i, cells, x, y, z))
+            return chosen(*self._at(judged, i, cells, [(x, y, z)])[0])
 
         def at_edge(n: int, event: Event) -> bool:
             return bool((np.abs(event.place[:2] - center) >= _WIDER**n * halves * (1 - ROUNDING)).any())
 
         return outwards(on_grid, at_edge, math.ceil(math.log(1 + bending(judged.body) / halves.min(), _WIDER)) + 1)
 
-    def _at(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
-        """Stresses in a layer on the product of x, y and depths z, shape (6, nx, ny, nz), and the places, (3, nx, ny, nz)."""
-        place = np.stack(np.meshgrid(x, y, z, indexing="ij"))
-        flat = place.reshape(3, -1)
-        at = Located(judged.body, np.arange(flat.shape[1]), flat[2], np.full(flat.shape[1], i), judged.upper)
-        return fields_of_cells(cells, at, flat[0], flat[1], 0.0)[:6].reshape(6, *place.shape[1:]), place
+    def _at(
+        self, judged: Judged, i: int, cells: Cells, grids: Sequence[Lines], kept: KeptPlanes | None = None
+    ) -> list[tuple[Array, Array]]:
+        """Stresses in a layer on products of x, y and depths z, shape (6, nx, ny, nz) each, and places, (3, nx, ny, nz)."""
+        places = [np.stack(np.meshgrid(*each, indexing="ij")) for each in grids]
+        x, y, z = np.concatenate([each.reshape(3, -1) for each in places], axis=1)
+        at = Located(judged.body, np.arange(z.size), z, np.full(z.size, i), judged.upper)
+        stress = fields_of_cells(cells, at, x, y, 0.0, count=6, kept=kept)
+        ends = np.cumsum([each[0].size for each in places])[:-1]
+        parts = np.split(stress, ends, axis=1)
+        return [(part.reshape(6, *each.shape[1:]), each) for part, each in zip(parts, places, strict=True)]
 
-    def _largest(self, judged: Judged, i: int, cells: Cells, x: Array, y: Array, z: Array) -> list[Event]:
-        """Largest utilisation of each kind in a layer on the product of x, y and depths z."""
-        return judged.largest(i, *self._at(judged, i, cells, x, y, z))
+    def _at_event(self, event: Event, size: float, count: int, place: Sequence[float]) -> Event:
+        """The utilisation of an event's kind at a place, from `count` cells along a side."""
+        judged, (x, y, z) = body_of(self.bodies, event), np.array(place)[:, None]
+        (found,) = self._at(judged, event.layer, self._cells(size, count), [(x, y, z)])
+        return of_kind(event.kind, judged.largest(event.layer, *found))
 
-    def refined(self, event: Event, size: float) -> Event:
-        """Return an event with its place refined on finer cells and grids of five places along each axis."""
-        judged = body_of(self.bodies, event)
-        if event.rim and (ends := self._ends(judged, size)):
-            return of_kind(event.kind, ends)
-        if event.rim and (rim := self._rim(size, _RIM)):
-            return of_kind(event.kind, self._at_rim(judged, size, _RIM, rim))
-        cells, i = self._cells(size, _FINE), event.layer
+    def _of_rim(self, judged: Judged, size: float, phi: float | None = None) -> list[Event]:
+        """Largest stresses over strength at the rim, or at its point at a polar angle; none if it has none."""
+        if exact := self._in_closed_form(judged, size):
+            return exact
+        rim = self._rim(size, _RIM, phi)
+        return self._at_rim(judged, size, _RIM, rim) if rim else []
+
+    def refined(self, events: Sequence[Event], size: float) -> list[Event]:
+        """Return events with their places refined on finer cells and grids of five places along each axis.
+
+        All places of a layer are evaluated together, round by round, on planes that are kept.
+        """
+        found, places = [], []
+        rims = {each.name: self._of_rim(each, size) for each in self.bodies if _any_at_rim(events, each)}
+        for event in events:
+            if event.rim and rims[event.body]:
+                found.append(of_kind(event.kind, rims[event.body]))
+            else:
+                places.append(self._start(event, size))
+        kept: dict[str, KeptPlanes] = {each.name: KeptPlanes() for each in self.bodies}
+        for _ in range(2 * ROUNDS):
+            for judged in self.bodies:
+                for i in judged.watched:
+                    here = [each for each in places if each.open and each.event.what[1:] == (i, judged.name)]
+                    grids = [each.lines for each in here]
+                    if here:
+                        fields = self._at(judged, i, self._cells(size, _FINE), grids, kept[judged.name])
+                        for each, (stress, place) in zip(here, fields, strict=True):
+                            each.take(judged.largest(i, each.resolved(stress, place), place))
+        return found + [each.event for each in places]
+
+    def _start(self, event: Event, size: float) -> _Place:
+        """Where an event is refined first: over one interval of the grid."""
+        judged, i = body_of(self.bodies, event), event.layer
         top, bottom = np.append(judged.tops, np.inf)[i : i + 2]
-        x, y, z = event.place[0], event.place[1], abs(event.place[2])
-        # one interval of the grid
-        halves = _half_widths(cells, float(bottom if event.of_face else top))
+        halves = _half_widths(self._cells(size, _FINE), float(bottom if event.of_face else top))
         wide = np.append(2 * halves / (_PLACES.size - 1), judged.interval(event, size))
         rim = self._rim(size, _FINE) if event.kind == "tensile" and i == 0 else None
-        best, finer = None, np.zeros(3)
-        for _ in range(2 * ROUNDS):
-            (dx, dy, dz), middle = wide / FINER**finer, (x, y, z)
-            zs = np.unique(np.clip(z + dz * STEPS, top, bottom))
-            stress, place = self._at(judged, i, cells, x + dx * STEPS, y + dy * STEPS, zs)
-            found = judged.largest(i, stress if rim is None else _away(rim, stress, place), place)
-            here = of_kind(event.kind, found)
-            best = here if best is None else max(best, here, key=lambda each: each.utilisation)
-            x, y, z = best.place[0], best.place[1], abs(best.place[2])
-            # grids become finer once the largest value is inside, not at an end from which it may grow further
-            finer += np.abs(np.subtract((x, y, z), middle)) <= (1 - ROUNDING) * np.array([dx, dy, dz])
-            if finer.min() >= ROUNDS:
-                break
-        assert best is not None
-        return best
+        return _Place(replace(event, utilisation=-np.inf), wide, (float(top), float(bottom)), rim)
 
     def follower(self, event: Event, size: float) -> Callable[[float], Event]:
         """Follow an event at the place that it has moved to in a contact of another size."""
@@ -306,32 +321,30 @@ class CellSearch:
         layered = bool(judged.body.layers)
 
         def followed(other: float) -> Event:
-            if event.rim and (ends := self._ends(judged, other)):
-                return of_kind(event.kind, ends)
-            if event.rim and (rim := self._rim(other, _RIM, _angle(event))):
-                return of_kind(event.kind, self._at_rim(judged, other, _RIM, rim))
+            if event.rim and (rim := self._of_rim(judged, other, _angle(event))):
+                return of_kind(event.kind, rim)
             # far below the contact places depend on the depth alone
             growth = other / size if not layered or abs(event.place[2]) < size else 1.0
             x, y, z = event.place[0] * growth, event.place[1] * growth, abs(event.place[2])
-            place = (np.array([each]) for each in (x, y, z if layered else z * growth))
-            found = self._largest(judged, event.layer, self._cells(other, _FINE), *place)
-            return of_kind(event.kind, found)
+            return self._at_event(event, other, _FINE, (x, y, z if layered else z * growth))
 
         return followed
 
     def error(self, event: Event, size: float) -> float:
         """Estimated relative error of the stress: twice what cells twice as wide change, and what joining cells costs."""
         judged = body_of(self.bodies, event)
-        if event.rim and self._ends(judged, size):
+        if event.rim and self._in_closed_form(judged, size):
             return _CLOSED
         if event.rim and (rim := self._rim(size, _RIM // 2, _angle(event))):
             coarse = of_kind(event.kind, self._at_rim(judged, size, _RIM // 2, rim))
         else:
-            place = (np.array([each]) for each in (event.place[0], event.place[1], abs(event.place[2])))
-            found = self._largest(judged, event.layer, self._cells(size, _FINE // 2), *place)
-            coarse = of_kind(event.kind, found)
+            coarse = self._at_event(event, size, _FINE // 2, (*event.place[:2], abs(event.place[2])))
         # relative error of stresses from cells that are joined and taken as discs away from the points
         return 2 * abs(coarse.utilisation / event.utilisation - 1) + 1e-3
+
+
+def _any_at_rim(events: Sequence[Event], judged: Judged) -> bool:
+    return any(each.rim and each.body == judged.name for each in events)
 
 
 def _half_widths(cells: Cells, depth: float) -> Array:
@@ -339,32 +352,6 @@ def _half_widths(cells: Cells, depth: float) -> Array:
     return np.maximum(1.3 * np.array(cells.pressure.shape[::-1]) * cells.spacing / 2, 2 * depth)
 
 
-def _away(rim: _Rim, stress: Array, place: Array) -> Array:
-    """Stresses without those that cells do not resolve beside the rim."""
-    return np.where(rim.beside(place), 0.0, stress)
-
-
 def _angle(event: Event) -> float:
     """Polar angle of a place [rad], from 0 to a full turn."""
     return float(np.arctan2(event.place[1], event.place[0]) % (2 * np.pi))
-
-
-def _rim_of(solution: bem.Solution, length: float, sliding: bool, chosen: Indices | slice) -> _Rim | None:
-    """The rim of a solution at the chosen angles of its outline; None if it has none.
-
-    `length` is the shortest over which the body changes with depth [m].
-    """
-    outline, spacing = solution.outline, solution.grid.spacing
-    if not np.isfinite(outline.contour).all():
-        return None
-    place = outline.contour * np.array([np.cos(outline.phi), np.sin(outline.phi)])
-    along = np.roll(place, -_ASIDE, axis=1) - np.roll(place, _ASIDE, axis=1)
-    normal = np.array([along[1], -along[0]]) / np.hypot(*along)
-    longer, shorter = outline.half_axes
-    scale = min(shorter**2 / longer, length)
-    # at least four cells, so that the fit averages over the staircase
-    distance = np.linspace(_CLEAR * spacing, _CLEAR * spacing + max(_REACH * scale, 4 * spacing), 24)
-    t = np.log1p(distance / scale)
-    weights = np.linalg.pinv((t[:, None] / t[-1]) ** (np.arange(4) / (2 if sliding else 1)))[0]
-    outside = place[..., None] + normal[..., None] * distance
-    return _Rim(place[:, chosen], outside[:, chosen], weights, _CLEAR * spacing)

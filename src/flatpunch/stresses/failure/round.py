@@ -198,7 +198,11 @@ class RoundSearch:
             [np.unique([*(_RADII * radius), *(radius - beside), *(radius + beside), *corners]), outer]
         )
 
-    def refined(self, event: Event, size: float) -> Event:
+    def refined(self, events: Sequence[Event], size: float) -> list[Event]:
+        """Return events with their places refined, one by one."""
+        return [self._refined(event, size) for event in events]
+
+    def _refined(self, event: Event, size: float) -> Event:
         """Return an event with its place refined on grids of five places along each direction, and by parabolas.
 
         Along each direction grids become finer once the largest value is inside, not at an end from which it may grow further.

@@ -7,7 +7,6 @@ import io
 import re
 import tempfile
 import zipfile
-import zlib
 from bisect import bisect
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -17,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from flatpunch._support.checks import shown
-from flatpunch._support.reading import Unreadable, check_archive, content, shown_path
+from flatpunch._support.reading import DAMAGED, Unreadable, check_archive, content, shown_path
 from flatpunch.fits.measured.calibration import constants_in, place_in
 from flatpunch.fits.measured.columns import (
     WAYS,
@@ -384,9 +383,7 @@ def unpacked(path: Path) -> Iterator[Path]:
                 inner = Path(folder) / Path(name).name
                 inner.write_bytes(archive.read(name))
                 yield inner
-    # what `zipfile` and `zlib` raise on a damaged directory or member: an encrypted member is a RuntimeError, a name that is no
-    # text a ValueError
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, NotImplementedError, RuntimeError, ValueError):
+    except DAMAGED:
         raise CurveError(
             f"{path.name}: its files cannot be unpacked. It is damaged, or has a password; give it as it was made, or unpack it."
         ) from None
