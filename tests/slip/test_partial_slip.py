@@ -210,6 +210,15 @@ def test_picture_is_the_cycle_whose_energy_is_reported():
     assert area / scale == pytest.approx(float(found.dissipated_energy[-1]), rel=2e-3)
 
 
+@pytest.mark.parametrize("ending", [".nc", ".csv"])
+def test_results_are_written_and_read(tmp_path, ending):
+    found = fp.partial_slip(SOFT, TIPS["cone"], friction=MU, radius=H, displacement=[0.0, 1e-9])
+    fp.save(found, tmp_path / f"slip{ending}")
+    again = fp.load(tmp_path / f"slip{ending}")
+    np.testing.assert_array_equal(again.tangential_force, found.tangential_force)
+    assert again.attrs["friction"] == MU
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
