@@ -17,6 +17,7 @@ MEDIA = {
     "rigid base": fp.Medium([fp.Layer(1e9, 0.3, H)], base=fp.RigidBase()),
     "incompressible": fp.Medium([fp.Layer(1e9, 0.5, H)], base=fp.RigidBase()),
     "half-space": SOFT,
+    "stiff on soft": fp.Medium([fp.Layer(100e9, 0.3, H)], base=fp.HalfSpace(1e8, 0.4)),
     "springs": fp.Medium([fp.Layer(1e9, 0.3, H, bonded=fp.Interface(normal=2e15, shear=1e15))], base=SOFT),
     "graded": fp.Medium([fp.GradedLayer(fp.LinearModulus(1e9, 5e9, H), 0.3, H)], base=fp.HalfSpace(5e9, 0.3)),
     "graded below": fp.Medium(
@@ -87,7 +88,8 @@ def test_what_sticks_to_the_rim_carries_no_force(kind, tip):
     assert float(found.tangential_force[0]) <= rounding * float(full.tangential_force)
     assert float(found.displacement[0]) <= rounding * float(full.displacement)
     np.testing.assert_allclose(full.tangential_force, MU * full.force, rtol=1e-12)
-    assert found.valid.all()
+    # under cones, rounded or not, this film bends away
+    assert bool(found.valid.all()) == (kind != "stiff on soft" or tip == "paraboloid")
 
 
 @pytest.mark.parametrize("kind", ["film", "incompressible", "wood"])
@@ -157,9 +159,10 @@ def ring_traction(body, a, c, displacement, slip, rings=60):
     edges = np.linspace(0, a, rings + 1)
     middle = (edges[1:] + edges[:-1]) / 2
     t, w = np.polynomial.legendre.leggauss(20)
-    # panels of four radians of k a
-    starts = np.arange(0, 60 * rings, 4.0) / a
-    k, weight = (starts[:, None] + 2 / a * (1 + t)).ravel(), np.tile(2 / a * w, starts.size)
+    # panels of four radians of k a, and shorter ones where layers on soft bases respond like plates
+    ends = np.concatenate([[0.0], np.geomspace(1e-6, 4.0, 24), np.arange(8.0, 60 * rings, 4.0)]) / a
+    half = np.diff(ends)[:, None] / 2
+    k, weight = (ends[:-1, None] + half * (1 + t)).ravel(), (half * w).ravel()
     waves = radial_compliance(body, k)
     discs = (waves.along + waves.across) / 2 * weight * edges[1:, None] * j1(np.outer(edges[1:], k))
     matrix = j0(np.outer(middle, k)) @ np.diff(discs, axis=0, prepend=0).T
@@ -171,7 +174,7 @@ def ring_traction(body, a, c, displacement, slip, rings=60):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["film", "incompressible", "graded", "wood", "pair"])
+@pytest.mark.parametrize("kind", ["stiff on soft", "incompressible", "graded", "wood", "pair"])
 def test_force_is_that_of_rings_of_traction(kind):
     """At the computed displacement, by collocation: C_T is all that is shared."""
     body, a, tip = MEDIA[kind], 2 * H, TIPS["paraboloid"]
@@ -181,8 +184,8 @@ def test_force_is_that_of_rings_of_traction(kind):
         return MU * fp.pressure(body, tip, r, 0.0, radius=a)
 
     force = ring_traction(body, a, 0.5 * a, float(found.displacement[0]), slip)
-    # rings of a sixtieth of the radius
-    assert force == pytest.approx(float(found.tangential_force[0]), rel=3e-3)
+    # rings of a sixtieth of the radius leave up to 1.6e-3
+    assert force == pytest.approx(float(found.tangential_force[0]), rel=2e-3)
 
 
 def test_slip_that_begins_in_the_middle_is_not_valid():
