@@ -112,6 +112,7 @@ from .stresses import (
     energy_by_depth,
     fields,
     peak_stresses,
+    shakedown_load,
 )
 from .surfaces import Topography, self_affine
 from .sweeps import sweep
@@ -227,5 +228,6 @@ __all__ = [
     "save",
     "self_affine",
     "sensitivity",
+    "shakedown_load",
     "sweep",
 ]

@@ -245,10 +245,10 @@ def _legend(drawn: Figure, grid: Array, result: xr.Dataset, name: str) -> None:
 
 
 def is_map(result: xr.Dataset, quantity: str | None) -> bool:
-    """Whether the critical load is asked for over two parameters that are numbers."""
+    """Whether the critical load is asked for, was found somewhere, and varies over two parameters that are numbers."""
     names = list(result["status"].dims)
     numeric = len(names) == 2 and all(result[name].dtype.kind in "if" and result.sizes[name] > 1 for name in names)
-    return quantity == "critical_force" and "critical_force" in result and numeric
+    return quantity == "critical_force" and "critical_margin" in result and numeric
 
 
 def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any = None) -> Figure:
