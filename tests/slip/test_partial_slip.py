@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.special import j0, j1
 
 import flatpunch as fp
@@ -16,6 +17,7 @@ MEDIA = {
     "rigid base": fp.Medium([fp.Layer(1e9, 0.3, H)], base=fp.RigidBase()),
     "incompressible": fp.Medium([fp.Layer(1e9, 0.5, H)], base=fp.RigidBase()),
     "half-space": SOFT,
+    "stiff on soft": fp.Medium([fp.Layer(100e9, 0.3, H)], base=fp.HalfSpace(1e8, 0.4)),
     "springs": fp.Medium([fp.Layer(1e9, 0.3, H, bonded=fp.Interface(normal=2e15, shear=1e15))], base=SOFT),
     "graded": fp.Medium([fp.GradedLayer(fp.LinearModulus(1e9, 5e9, H), 0.3, H)], base=fp.HalfSpace(5e9, 0.3)),
     "graded below": fp.Medium(
@@ -86,7 +88,8 @@ def test_what_sticks_to_the_rim_carries_no_force(kind, tip):
     assert float(found.tangential_force[0]) <= rounding * float(full.tangential_force)
     assert float(found.displacement[0]) <= rounding * float(full.displacement)
     np.testing.assert_allclose(full.tangential_force, MU * full.force, rtol=1e-12)
-    assert found.valid.all()
+    # under cones, rounded or not, this film bends away
+    assert bool(found.valid.all()) == (kind != "stiff on soft" or tip == "paraboloid")
 
 
 @pytest.mark.parametrize("kind", ["film", "incompressible", "wood"])
@@ -156,9 +159,10 @@ def ring_traction(body, a, c, displacement, slip, rings=60):
     edges = np.linspace(0, a, rings + 1)
     middle = (edges[1:] + edges[:-1]) / 2
     t, w = np.polynomial.legendre.leggauss(20)
-    # panels of four radians of k a
-    starts = np.arange(0, 60 * rings, 4.0) / a
-    k, weight = (starts[:, None] + 2 / a * (1 + t)).ravel(), np.tile(2 / a * w, starts.size)
+    # panels of four radians of k a, and shorter ones where layers on soft bases respond like plates
+    ends = np.concatenate([[0.0], np.geomspace(1e-6, 4.0, 24), np.arange(8.0, 60 * rings, 4.0)]) / a
+    half = np.diff(ends)[:, None] / 2
+    k, weight = (ends[:-1, None] + half * (1 + t)).ravel(), (half * w).ravel()
     waves = radial_compliance(body, k)
     discs = (waves.along + waves.across) / 2 * weight * edges[1:, None] * j1(np.outer(edges[1:], k))
     matrix = j0(np.outer(middle, k)) @ np.diff(discs, axis=0, prepend=0).T
@@ -170,7 +174,7 @@ def ring_traction(body, a, c, displacement, slip, rings=60):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("kind", ["film", "incompressible", "graded", "wood", "pair"])
+@pytest.mark.parametrize("kind", ["stiff on soft", "incompressible", "graded", "wood", "pair"])
 def test_force_is_that_of_rings_of_traction(kind):
     """At the computed displacement, by collocation: C_T is all that is shared."""
     body, a, tip = MEDIA[kind], 2 * H, TIPS["paraboloid"]
@@ -180,8 +184,42 @@ def test_force_is_that_of_rings_of_traction(kind):
         return MU * fp.pressure(body, tip, r, 0.0, radius=a)
 
     force = ring_traction(body, a, 0.5 * a, float(found.displacement[0]), slip)
-    # rings of a sixtieth of the radius
-    assert force == pytest.approx(float(found.tangential_force[0]), rel=3e-3)
+    # rings of a sixtieth of the radius leave up to 1.6e-3
+    assert force == pytest.approx(float(found.tangential_force[0]), rel=2e-3)
+
+
+def test_slip_that_begins_in_the_middle_is_not_valid():
+    """Under a very stiff film the pressure makes the surface hollow along x in the middle: the force would exceed friction."""
+    stiff = fp.Medium([fp.Layer(3e12, 0.3, H)], base=SOFT)
+    a = 3 * H
+    found = fp.partial_slip(
+        stiff, TIPS["paraboloid"], friction=MU, radius=a, stick_radius=np.array([0.9, 0.3, 0.0]) * a
+    )
+    np.testing.assert_array_equal(found.valid, [True, False, False])
+    assert "no disc" in found.notes
+
+
+def test_picture_is_the_cycle_whose_energy_is_reported():
+    """Its area, through fifty steps."""
+    a = 2 * H
+    found = fp.partial_slip(FILM, TIPS["cone"], friction=MU, radius=a, stick_radius=np.linspace(1.0, 0.3, 50) * a)
+    axes = fp.plot_curve(found, Figure().add_subplot())
+    x, y = (np.asarray(each) for each in axes.get_lines()[0].get_data())
+    # shoelace, closed, in nanometres and millinewtons or what the labels say
+    area = abs(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
+    first = axes.get_lines()[1].get_data()
+    scale = first[0][-1] / found.displacement.values[-1] * first[1][-1] / found.tangential_force.values[-1]
+    # trapezoids through fifty steps
+    assert area / scale == pytest.approx(float(found.dissipated_energy[-1]), rel=2e-3)
+
+
+@pytest.mark.parametrize("ending", [".nc", ".csv"])
+def test_results_are_written_and_read(tmp_path, ending):
+    found = fp.partial_slip(SOFT, TIPS["cone"], friction=MU, radius=H, displacement=[0.0, 1e-9])
+    fp.save(found, tmp_path / f"slip{ending}")
+    again = fp.load(tmp_path / f"slip{ending}")
+    np.testing.assert_array_equal(again.tangential_force, found.tangential_force)
+    assert again.attrs["friction"] == MU
 
 
 @pytest.mark.parametrize(
@@ -198,6 +236,7 @@ def test_force_is_that_of_rings_of_traction(kind):
             {"tangential_force": 0.0, "medium": fp.Medium([fp.Layer(1e9, 0.3, H, bonded=False)], base=SOFT)},
             "slides without",
         ),
+        ({"tangential_force": 0.0, "radius": 400 * H}, "up to 300 of them"),
         ({"tangential_force": 0.0, "medium": fp.FreeLayer(1e9, 0.3, H)}, "lifts off"),
         ({"tangential_force": 0.0, "medium": fp.PowerLawHalfSpace(1e9, H, 1.0, 0.5)}, "vanishes at the surface"),
     ],

@@ -32,6 +32,9 @@ from flatpunch.contact.round.round_contact import RoundContact, round_contact
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.family import punch_family
 
+_CHECKED = 64
+"""Stick radii at which it is checked that slip spreads inwards."""
+
 _PLACES = 16
 """Radii of a stick zone at which u_2 is computed: it is smooth, and largest at the edge or some way inside."""
 
@@ -97,6 +100,12 @@ class PartialContact:
     def sticking(self, radius: Array) -> RoundContact:
         """The contacts p' of stick radii 0 <= c <= a, shape (n,)."""
         return round_contact(self.tangential.kernel, self._tip, radius)
+
+    @cached_property
+    def turning(self) -> float:
+        """Largest stick radius at which less sticks under a smaller displacement [m]; 0 where slip spreads from the rim."""
+        radius = self.radius * np.arange(1, _CHECKED + 1) / _CHECKED
+        return float(np.max(radius, where=self.sticking(radius).depth_slope <= 0, initial=0.0))
 
     def stick_radius(self, quantity: str, target: Array) -> Array:
         """Stick radii at which T/mu or delta/(mu rho) has values >= 0, shape (n,); 0 where the contact slides."""

@@ -25,7 +25,7 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.readable import record
 from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
-from flatpunch.compliances import compliance
+from flatpunch.compliances import Kernel, compliance
 from flatpunch.compliances.tangential import tangential_response
 from flatpunch.contact.curve import NOTABLE_FORCE, Curve, control_from, few, first_failure, percent
 from flatpunch.contact.dataset import Attributes, Column, dataset
@@ -38,6 +38,8 @@ from flatpunch.contact.round.superposition import grown_pressure
 from flatpunch.contact.slip.partial_contact import PartialContact
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
+from flatpunch.punch.family import UnresolvedLayer
+from flatpunch.punch.matrix import RESOLVED, effective_beta
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -132,6 +134,7 @@ def partial_slip(
     kernel, tangential = compliance(medium), tangential_response(medium)
     steps = _steps(control.name, control.values.size, quantity, wanted.size)
     curve = judged(Exact().solve(kernel, indenter, control, np.zeros(1)), medium, indenter)
+    _check_size(tangential.kernel, curve.radius)
     wanted, row = np.broadcast_to(wanted, steps), np.broadcast_to(np.arange(control.values.size), steps)
     _check_most(quantity, wanted, curve, row, mu)
     profile, rho = mean_profile(indenter), np.arange(count) / max(count - 1, 1)
@@ -146,10 +149,20 @@ def partial_slip(
     notes = first_failure(
         ~sound & curve.valid[row],
         found[2],
-        "the traction in the stick zone exceeds that of slip, as the film bends away: the stick zone is no disc.",
+        "slip does not spread from the rim alone, as the film bends: the stick zone is no disc, or was none before.",
         ("stick radius", "m"),
     )
     return _result(medium, indenter, mu, curve, row, found, sound, tractions, rho, notes)
+
+
+def _check_size(kernel: Kernel, radius: Array) -> None:
+    """Refuse contacts so wide that a layer is a skin."""
+    largest = float(radius.max())
+    if (over := effective_beta(kernel, largest / kernel.length)) > RESOLVED:
+        raise UnresolvedLayer(
+            f"The contact radius {text(largest, 'm')} is {over:.3g} times the shortest length of the medium; partial slip is "
+            f"solved up to {RESOLVED:g} of them. Leave the thin layer out, or ask for a smaller contact."
+        )
 
 
 def _check_tip(indenter: Indenter) -> None:
@@ -220,9 +233,9 @@ def _solved(contact: PartialContact, mu: float, quantity: str, wanted: Array) ->
     # Masing: a cycle follows the first loading, twice as large
     lost = 8 * (mu**2 * ratio * contact.work(stick) - pulled * moved / 2) + 4 * most * beyond
     live = stick > 0
-    sound = np.ones(stick.size, dtype=bool)
+    sound = stick >= contact.turning
     if live.any():
-        sound[live] = soundness(contact.tangential.kernel, contact.sticking, contact.sticking(stick[live]))[0]
+        sound[live] &= soundness(contact.tangential.kernel, contact.sticking, contact.sticking(stick[live]))[0]
     stiffness = held.stiffness / ratio
     return np.stack([pulled, moved + beyond, stick, stiffness, np.maximum(lost, 0.0), contact.error(stick)]), sound
 
