@@ -111,6 +111,7 @@ from .stresses import (
     energy_by_depth,
     fields,
     peak_stresses,
+    rough_stresses,
 )
 from .surfaces import Topography, self_affine
 from .sweeps import sweep
@@ -221,6 +222,7 @@ __all__ = [
     "read_height_map",
     "read_topography",
     "rough_contact",
+    "rough_stresses",
     "rough_theories",
     "save",
     "self_affine",

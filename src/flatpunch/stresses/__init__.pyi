@@ -4,6 +4,7 @@ from .failure.strength import Strength
 from .loads import DiscLoad, PatchLoad
 from .peaks import peak_stresses
 from .points import fields
+from .repeating import rough_stresses
 
 __all__ = [
     "CriticalLoad",
@@ -15,4 +16,5 @@ __all__ = [
     "energy_by_depth",
     "fields",
     "peak_stresses",
+    "rough_stresses",
 ]
