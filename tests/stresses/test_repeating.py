@@ -192,7 +192,14 @@ SLIDING = fp.Medium([fp.Layer(E, NU, 3e-6, bonded=False)], base=HALF_SPACE)
         (lambda c: fp.rough_stresses(fp.TwoBodies(HALF_SPACE, HALF_SPACE), c, 1e-6), TypeError, "the upper one"),
         (lambda c: fp.rough_stresses(BODIES["layers on a rigid base"], c, 6e-6), ValueError, "rigid base"),
         (
-            lambda c: fp.rough_stresses(HALF_SPACE, c, np.ones(10**6) + np.arange(10**6), fields=True),
+            lambda c: fp.rough_stresses(
+                BODIES["layers on a rigid base"], c, 1e-6, strengths=[None, None, fp.Strength(shear=1.0)]
+            ),
+            ValueError,
+            "no stresses",
+        ),
+        (
+            lambda c: fp.rough_stresses(HALF_SPACE, pressed(np.ones((512, 512))), np.arange(40.0), fields=True),
             ValueError,
             "fewer depths",
         ),

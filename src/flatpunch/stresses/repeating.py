@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,7 +33,7 @@ from flatpunch._support.checks import (
 from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliances.power_law import power_law_waves
 from flatpunch.compliances.stack import interfaces, layer_at, plane_at
-from flatpunch.contact.dataset import dataset
+from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.media import Body, Stack, underlying
 from flatpunch.stresses.axisymmetric.round_load import waves_between
 from flatpunch.stresses.bodies import located
@@ -125,7 +125,9 @@ def rough_stresses(
             f"fields of {z.size} planes of {pressure.size} cells make more than {NUMBERS:.0e} numbers. Ask for fewer depths."
         )
     load = _Load.of(pressure, spacing, friction, direction)
-    (judged,) = bodies = unit_strengths(body, None)
+    (judged,) = unit_strengths(body, None)
+    if strong:
+        replace(judged, strengths=strong).check()
     found: dict[tuple[str, int, str], list[tuple[Event, float]]] = {}
     maps = np.empty((len(COMPONENTS), z.size if fields else 0, *pressure.shape))
     for i, plane in enumerate(zip(z.tolist(), layer.tolist(), strict=True)):
@@ -134,25 +136,16 @@ def rough_stresses(
             found.setdefault(event.what, []).append((event, error))
         if fields:
             maps[:, i] = stress
-    best = {what: max(planes, key=lambda one: one[0].utilisation)[0] for what, planes in found.items()}
-    columns, coordinates = columns_of(bodies, best, 0.0)
-    for kind, name in (BULK | INTERFACE).items():
-        dim = "layer" if kind in BULK else "interface"
-        errors = np.array([_error(found[kind, i, "lower"], body) for i in coordinates[dim][0]])
-        columns[f"{name}_error"] = dim, errors, {"units": "Pa", "long_name": f"error of {name}"}
+    columns, coordinates, factors = _summary(judged, found, strong)
     columns["depth"] = "plane", z, {"units": "m", "long_name": "depth of the plane"}
     columns["plane_layer"] = "plane", layer, {"long_name": "layer of the plane"}
     if fields:
         columns["stress"] = ("component", "plane", "y", "x"), maps, {"units": "Pa", "long_name": "stress"}
         coordinates |= {name: (contact[name].values, contact[name].attrs) for name in ("y", "x")}
         coordinates["component"] = np.array(COMPONENTS), {"long_name": "component of stress"}
-    factors = _factors(strong, best)
-    if factors:
-        columns["factor"] = "criterion", np.array([*factors.values()]), {"long_name": "strength over stress"}
-        coordinates["criterion"] = np.array([*factors]), {"long_name": "criterion"}
     attributes = {
         "title": "Stresses under a rough contact computed by flatpunch",
-        "first": min(factors, key=lambda name: factors[name], default=""),
+        "first": min((name for name in factors if factors[name] < np.inf), key=lambda name: factors[name], default=""),
         "friction": friction,
         "direction": direction,
         **of_case(medium, json.loads(contact.attrs["topography"])),
@@ -230,14 +223,25 @@ def _error(planes: Sequence[tuple[Event, float]], body: Stack) -> float:
     return error + _TWICE * float(np.abs(largest[max(i - 1, 0) : i + 2] - largest[i]).max())
 
 
-def _factors(strengths: Sequence[Strength], best: Mapping[tuple[str, int, str], Event]) -> dict[str, float]:
-    """Strength over stress by criterion; infinite under compression."""
+def _summary(
+    judged: Judged, found: Mapping[tuple[str, int, str], Sequence[tuple[Event, float]]], strengths: Sequence[Strength]
+) -> tuple[dict[str, Column], dict[str, tuple[NDArray[np.generic], Attributes]], dict[str, float]]:
+    """Columns and coordinates of the largest stresses with their errors, and strength over stress by criterion."""
+    best = {what: max(planes, key=lambda one: one[0].utilisation)[0] for what, planes in found.items()}
+    columns, coordinates = columns_of((judged,), best, 0.0)
+    for kind, name in (BULK | INTERFACE).items():
+        dim = "layer" if kind in BULK else "interface"
+        errors = np.array([_error(found[kind, i, "lower"], judged.body) for i in coordinates[dim][0]])
+        columns[f"{name}_error"] = dim, errors, {"units": "Pa", "long_name": f"error of {name}"}
     factors = {}
     for (kind, layer, _), event in best.items() if strengths else ():
         limit = getattr(strengths[layer], "yield_stress" if kind == "yield" else kind.replace(" ", "_"))
         if limit is not None:
             factors[f"layers[{layer}].{kind}"] = limit / event.utilisation if event.utilisation > 0 else float("inf")
-    return factors
+    if factors:
+        columns["factor"] = "criterion", np.array([*factors.values()]), {"long_name": "strength over stress"}
+        coordinates["criterion"] = np.array([*factors]), {"long_name": "criterion"}
+    return columns, coordinates, factors
 
 
 @dataclass(frozen=True, slots=True)
