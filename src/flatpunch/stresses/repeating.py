@@ -204,7 +204,7 @@ def _largest_of(
     if own.of_interface and depth == faces[layer]:
         kinds.append(own.interface_utilisation)
     for of_kind in kinds:
-        for (kind, fine), (_, coarse) in zip(of_kind(stress), of_kind(wide[:, ::2, ::2]), strict=True):
+        for (kind, fine), (_, coarse) in zip(of_kind(stress), of_kind(wide), strict=True):
             row, column = np.unravel_index(np.argmax(fine), fine.shape)
             place = float(contact["x"][column]), float(contact["y"][row]), depth
             error = _TWICE * float(np.abs(fine[::2, ::2] - coarse).max())
@@ -253,7 +253,7 @@ class _Load:
     waves : ndarray of complex, shape (ny + 1, nx // 2 + 1) or (ny, ...)
         The pressure [Pa]. Of an even number of rows the shortest wave along y is both of its directions, half each, the second
         one last.
-    wide : ndarray, the same shape
+    wide : ndarray, shape (ny, nx // 2 + 1)
         Factors that put squares of twice the side in place of the values.
     k, which : ndarray
         Different wavenumbers [1/m], ascending, and which of them each wave has.
@@ -284,11 +284,11 @@ class _Load:
         squares, which = np.unique((rows[:, None] * nx) ** 2 + (columns * ny) ** 2, return_inverse=True)
         along, across = 2 * columns / nx, 2 * rows[:, None] / ny
         k = 2 * np.pi / (nx * ny * spacing) * np.sqrt(squares)
-        turn, wide = np.exp(1j * np.arctan2(across, along)), np.sinc(along) * np.sinc(across)
+        turn, wide = np.exp(1j * np.arctan2(across, along)), np.sinc(along) * np.sinc(across[:ny])
         return cls(waves, wide, k, which.reshape(waves.shape), turn, (ny, nx), friction, direction)
 
     def stresses(self, body: Stack, depth: float, layer: int) -> tuple[Array, Array]:
-        """Stress on a plane, shape (6, ny, nx), and that of squares of twice the side."""
+        """Stress on a plane, shape (6, ny, nx), and that of squares of twice the side on every second row and column."""
         z, own, law = np.array([depth]), np.array([layer]), body.power_law
         if law:
             waves, ratio = power_law_waves(law, self.k[1:], z), law.poisson / (1 - law.poisson)
@@ -305,15 +305,21 @@ class _Load:
             )
             if each.size
         ]
-        result = np.empty((2, len(COMPONENTS), *self.shape))
+        (ny, nx), half = self.shape, self.shape[0] // 2
+        stress, wide = np.empty((len(COMPONENTS), ny, nx)), []
         for i, each in enumerate(self._components(*found)):
             spectrum = self.waves * each
-            for planes in result:
-                folded = spectrum[: self.shape[0]].copy()
-                folded[self.shape[0] // 2] += spectrum[-1] if len(spectrum) > len(folded) else 0.0
-                planes[i] = scipy.fft.irfft2(folded, s=self.shape, overwrite_x=True)
-                spectrum *= self.wide
-        return result[0], result[1]
+            if len(spectrum) > ny:
+                spectrum[half] += spectrum[ny]
+            spectrum = spectrum[:ny]
+            stress[i] = scipy.fft.irfft2(spectrum, s=(ny, nx))
+            spectrum *= self.wide
+            if ny % 2 == 0:
+                # every second row is the mean of both halves of the waves
+                wide.append(scipy.fft.irfft2((spectrum[:half] + spectrum[half:]) / 2, s=(half, nx))[:, ::2])
+            else:
+                wide.append(scipy.fft.irfft2(spectrum, s=(ny, nx))[::2, ::2])
+        return stress, np.stack(wide)
 
     def _components(self, normal: Array, shear: Array | None = None, transverse: Array | None = None) -> Iterator[Any]:
         """The six stresses of each wave over its pressure, from s_lz, s_zz and so on as of `Waves`."""
