@@ -66,6 +66,7 @@ _INSIDE = {
         {"points", "energy"},
         {"failure"},
         {"peaks"},
+        {"repeating"},
         {"__init__"},
     ],
     "app": [

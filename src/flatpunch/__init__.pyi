@@ -112,6 +112,7 @@ from .stresses import (
     energy_by_depth,
     fields,
     peak_stresses,
+    rough_stresses,
     shakedown_load,
 )
 from .surfaces import Topography, self_affine
@@ -224,6 +225,7 @@ __all__ = [
     "read_height_map",
     "read_topography",
     "rough_contact",
+    "rough_stresses",
     "rough_theories",
     "save",
     "self_affine",

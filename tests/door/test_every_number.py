@@ -243,6 +243,8 @@ def test_every_public_constructor_and_function_is_here():
         *("load", "save", "read_case", "read_curve", "cite"),
         # no numbers of their own; test_theories
         *("full_contact", "rough_theories"),
+        # side_calls; stresses/test_repeating
+        "rough_stresses",
         # what functions return, and pictures of it
         *("plot_fields", "plot_sensitivity", "plot_design"),
         *("plot_curve", "plot_rough", "plot_outline", "plot_pressure", "plot_fit", "plot_measured", "plot_posterior"),

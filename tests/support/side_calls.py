@@ -112,6 +112,19 @@ def _numbers(table, punch, kernel, disc, rough):
         "homogenised": (fp.homogenised, {"layers": [LAYER, LAYER]}),
         "compliance": (fp.compliance, {"medium": BODY}),
         "full_contact": (fp.full_contact, {"medium": BODY, "spectrum": ROUGH}),
+        "rough_stresses": (
+            fp.rough_stresses,
+            {
+                "medium": BODY,
+                "contact": fp.rough_contact(BODY, ROUGH, pressure=1e2, fields=True),
+                "depths": [0.0, 1e-7],
+                "step": 0,
+                "friction": 0.1,
+                "direction": 0.2,
+                "strengths": fp.Strength(shear=1e3),
+                "fields": False,
+            },
+        ),
         "rough_theories": (fp.rough_theories, {"contact": rough, "medium": BODY, "topography": ROUGH}),
         "FullContact.area_fraction": (fp.full_contact(BODY, ROUGH).area_fraction, {"pressure": [1.0, 2.0]}),
     }

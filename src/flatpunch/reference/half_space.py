@@ -152,6 +152,56 @@ def sneddon(
     return _contact(a, radius * np.asarray(depth), 2 * modulus * radius**2 * np.asarray(force), modulus)
 
 
+def westergaard_stresses(
+    x: float | Array,
+    z: float | Array,
+    *,
+    wavelength: float,
+    half_width: float,
+    mean: float,
+    poisson: float,
+    friction: float = 0.0,
+) -> Array:
+    """Stresses inside under a wavy surface that touches along strips, p = 2 p_m cos(v) sqrt(sin^2 v_a - sin^2 v)/sin^2 v_a.
+
+    v = pi x/wavelength, v_a = pi half_width/wavelength (Westergaard 1939). With f(x + iz) analytic inside and p its real part
+    at the surface, s_zz and s_xx are -Re f - z Im f' and -Re f + z Im f', s_xz is z Re f'; under a traction p along x they
+    are z Re f', -2 Im f - z Re f' and z Im f' - Re f. The mean pressure is in uniaxial strain.
+
+    Parameters
+    ----------
+    x, z : float or array
+        Points [m], broadcast together, not the rims of the strips; x = 0 is the middle of a strip, z >= 0 points inwards.
+    wavelength, half_width : float
+        Period and half the width of a strip [m], half_width <= wavelength/2: then contact is full, p = p_m (1 + cos 2v).
+    mean : float
+        Mean pressure p_m [Pa].
+    poisson, friction : float
+        Poisson ratio and coefficient of friction.
+
+    Returns
+    -------
+    ndarray, shape (6, ...)
+        s_xx, s_yy, s_zz, s_yz, s_xz, s_xy [Pa], positive in tension.
+    """
+    rate, edge = np.pi / wavelength, np.sin(np.pi * half_width / wavelength) ** 2
+    x, z = np.broadcast_arrays(np.asarray(x, float), np.asarray(z, float))
+    v = rate * (x - wavelength * np.round(x / wavelength) + 1j * z)
+    sine, cosine = np.sin(v), np.cos(v)
+    root = np.sqrt(edge - sine**2)
+    # of both roots the one that leaves f finite at large depths
+    root = np.where((root * np.conj(-1j * sine)).real < 0, -root, root)
+    f = 2 * mean * cosine / (root - 1j * sine)
+    slope = 2 * mean * rate * (1j * cosine**2 / root - sine) / (root - 1j * sine)
+    uniform = mean * poisson / (1 - poisson)
+    xx = -f.real + z * slope.imag - friction * (2 * f.imag + z * slope.real)
+    zz = -f.real - z * slope.imag + friction * z * slope.real
+    xz = z * slope.real - friction * (f.real - z * slope.imag)
+    yy = poisson * (xx + zz + 2 * mean) - uniform
+    none = np.zeros_like(xx)
+    return np.stack([xx + mean - uniform, yy, zz, none, xz, none])
+
+
 def _integral(integrand: Callable[[float], float], low: float, high: float) -> float:
     # 1e-13: the quadrature's own rounding on a smooth integrand; the absolute bound lets a vanishing one pass
     return float(quad(integrand, low, high, epsabs=1e-300, epsrel=1e-13, limit=400)[0])

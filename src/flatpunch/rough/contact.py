@@ -120,7 +120,8 @@ def rough_contact(
     --------
     Topography, self_affine : The surface.
     indent : Tips.
-    PatchLoad : Stresses inside under the pressure of one step.
+    rough_stresses : Stresses inside, where the surface repeats.
+    PatchLoad : Stresses inside under the pressure of one step, where it ends.
 
     Examples
     --------

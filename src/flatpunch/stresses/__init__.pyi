@@ -5,6 +5,7 @@ from .failure.strength import Strength
 from .loads import DiscLoad, PatchLoad
 from .peaks import peak_stresses
 from .points import fields
+from .repeating import rough_stresses
 
 __all__ = [
     "CriticalLoad",
@@ -17,5 +18,6 @@ __all__ = [
     "energy_by_depth",
     "fields",
     "peak_stresses",
+    "rough_stresses",
     "shakedown_load",
 ]

@@ -104,7 +104,7 @@ def peak_stresses(
     """
     contact = contact_of(medium, indenter, {"depth": depth, "force": force, "radius": radius})
     friction, direction = checked_friction(friction), real("direction", direction, "rad")
-    bodies = _bodies(underlying(medium), residual_stress)
+    bodies = unit_strengths(underlying(medium), residual_stress)
     for body in bodies:
         body.check_surface()
     about = solved(contact)
@@ -130,7 +130,7 @@ def peak_stresses(
     names = BULK | INTERFACE
     poor = [f"{_WORDS[names[kind]]} by up to {percent(off)}" for kind, off in errors.items() if off > NOTABLE_FORCE]
     notes = [*filter(None, [about["notes"]]), *([f"Expected to be off: {'; '.join(poor)}."] if poor else [])]
-    columns, coordinates = _columns(bodies, best, direction)
+    columns, coordinates = columns_of(bodies, best, direction)
     attributes = {
         "title": "Largest stresses computed by flatpunch",
         **{name: about[name] for name in ("force", "depth", "radius", "method")},
@@ -143,7 +143,8 @@ def peak_stresses(
     return dataset(columns, coordinates, attributes)
 
 
-def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
+def unit_strengths(medium: Body, residual: Any) -> tuple[Judged, ...]:
+    """Each body with strengths of 1 Pa, so that stresses over strengths are stresses."""
     body = medium.single
     if not body:
         pair = (None, None) if residual is None else residual
@@ -152,7 +153,7 @@ def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
                 "residual_stress must be a pair for two bodies: that of the upper and of the lower one, or None."
             )
         named = zip(medium.sides, pair, strict=True)
-        return tuple(replace(_bodies(side, own)[0], name=name) for (name, side), own in named if not side.rigid)
+        return tuple(replace(unit_strengths(side, own)[0], name=name) for (name, side), own in named if not side.rigid)
     layers = len(body.layers)
     bulk = Strength(yield_stress=1.0, tensile=1.0, shear=1.0)
     strengths = (replace(bulk, interface_tension=1.0, interface_shear=1.0),) * layers + (
@@ -162,9 +163,10 @@ def _bodies(medium: Body, residual: Any) -> tuple[Judged, ...]:
     return (Judged(body, strengths, np.zeros(layers + 1) if own is None else own),)
 
 
-def _columns(
+def columns_of(
     bodies: tuple[Judged, ...], best: dict[tuple[str, int, str], Event], direction: float
 ) -> tuple[dict[str, Column], dict[str, tuple[NDArray[np.generic], Attributes]]]:
+    """Columns and coordinates of the largest stresses; places are turned by `direction` [rad]."""
     layers = [(each.name, i) for each in bodies for i in each.watched]
     interfaces = [(each.name, i) for each in bodies for i in each.watched if each.strengths[i].of_interface]
     columns: dict[str, Column] = {}
