@@ -50,7 +50,7 @@ _INSIDE = {
         {"boundary_elements", "adhesion", "viscoelastic", "receding"},
         {"refined"},
         {"methods"},
-        {"default"},
+        {"default", "slip"},
         {"result"},
         {"histories"},
         {"indentation"},

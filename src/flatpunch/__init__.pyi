@@ -20,6 +20,7 @@ from .contact import (
     SecondOrder,
     adhesion_loop,
     indent,
+    partial_slip,
     pressure,
     pull_off,
 )
@@ -112,6 +113,7 @@ from .stresses import (
     fields,
     peak_stresses,
     rough_stresses,
+    shakedown_load,
 )
 from .surfaces import Topography, self_affine
 from .sweeps import sweep
@@ -202,6 +204,7 @@ __all__ = [
     "homogenised",
     "indent",
     "load",
+    "partial_slip",
     "peak_stresses",
     "plot_curve",
     "plot_design",
@@ -227,5 +230,6 @@ __all__ = [
     "save",
     "self_affine",
     "sensitivity",
+    "shakedown_load",
     "sweep",
 ]

@@ -83,8 +83,14 @@ ANY_SHAPE = {
     ("FlatPunch.pressure", "r"),
     *((call, name) for call in CALLS if call.startswith("fields ") for name in "xyz"),
 }
-NO_LIMIT = {("Free", "minimum"), ("Free", "maximum"), ("Interface", "normal"), ("Interface", "shear")}
-"""Infinite limits are none, and infinite stiffnesses do not yield."""
+NO_LIMIT = {
+    ("conductance", "conductivity"),
+    ("Free", "minimum"),
+    ("Free", "maximum"),
+    ("Interface", "normal"),
+    ("Interface", "shear"),
+}
+"""Infinite limits are none, infinite stiffnesses do not yield, and bases of infinite conductivity are at one temperature."""
 
 
 def is_number(value):

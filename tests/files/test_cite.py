@@ -72,6 +72,10 @@ CASES = {
         lambda: fp.fields(GEL, [fp.PatchLoad(np.full((2, 2), 1e3), 1e-6)], x=[0.0], y=0.0, z=[1e-7]),
         {"love1929"},
     ),
+    "slip": (
+        lambda: fp.partial_slip(GEL, BEAD, friction=0.3, depth=1e-7, tangential_force=0.0),
+        {"mindlin1949", "ciavarella1998"},
+    ),
     "sensitivity": (lambda: fp.sensitivity(GEL, BEAD, depth=1e-7), {"barber1974"}),
     "rough": (lambda: rough()[0], {"polonsky1999", "yastrebov2017"}),
     "theories": (lambda: fp.rough_theories(*rough()), {"persson2001", "greenwood1966"}),

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from typer.testing import CliRunner
 
 import flatpunch as fp
@@ -132,6 +133,7 @@ def test_sweep_and_its_map(tmp_path):
         medium, fp.Sphere(50e-6), list(read_case(case).stress.strengths), friction=0.1, residual_stress=[-1e9]
     )
     assert float(study.critical_force[-1, -1, 0]) == pytest.approx(one.force, rel=1e-9)
+    assert study.critical_margin.min("criterion").values == pytest.approx(1.0, abs=1e-6)
     assert is_map(study, "critical_force")
     assert not is_map(study, None)
     drawn = map_figure(study)
@@ -140,6 +142,29 @@ def test_sweep_and_its_map(tmp_path):
     # loads of the first failure belong to no step of the case
     line = figure(study.isel({"layers.0.young": [0]}), quantity="critical_force")
     assert line.axes[0].get_ylabel() == "load at the first failure (mN)"
+
+
+def test_areas_of_a_map_end_where_criteria_cross():
+    """Two criteria whose loads cross at x = 2.3, between the points 2 and 3; at x = 4, y = 1 nothing was found."""
+    x, y = np.array([4.0, 1.0, 2.0, 3.0]), np.array([1.0, 2.0])
+    first, second = np.maximum(x - 2.3, 0), np.maximum(2.3 - x, 0)
+    margin = np.exp(np.stack([first, second], axis=-1)[:, None] * np.ones((4, 2, 1)))
+    margin[0, 0] = np.nan
+    force = np.where(np.isnan(margin[..., 0]), np.nan, 1e-3 * np.add.outer(x, y))
+    study = xr.Dataset(
+        {
+            "status": (("a", "b"), np.full((4, 2), "solved", dtype=object)),
+            "critical_force": (("a", "b", "step"), force[..., None]),
+            "critical_margin": (("a", "b", "criterion"), margin),
+        },
+        {"a": x, "b": y, "criterion": ["layers[0].yield", "layers[1].yield"]},
+    )
+    axes = map_figure(study).axes[0]
+    seen = axes.collections[0].get_array()[0]
+    at = np.linspace(1, 4, seen.size)
+    assert (seen[at < 2.29] == 0).all()
+    assert (seen[(at > 2.31) & (at < 2.99)] == 1).all()
+    assert np.ma.getmaskarray(seen)[at > 3.01].all()
 
 
 @pytest.mark.long

@@ -162,6 +162,17 @@ CALLS = {
             "range_of_action": 1e-10,
         },
     ),
+    "partial_slip": (
+        fp.partial_slip,
+        {
+            "medium": BODY,
+            "indenter": BALL,
+            "friction": 0.3,
+            "radius": [1e-7, 2e-7],
+            "tangential_force": 0.0,
+            "places": 3,
+        },
+    ),
     "flat_punch": (fp.flat_punch, {"medium": BODY, "radius": 1e-6}),
     "FlatPunch.pressure": (fp.flat_punch(BODY, 1e-6).pressure, {"r": 1e-7}),
     "FlatPunch.moment": (fp.flat_punch(BODY, 1e-6).moment, {"exponent": 1.0}),
@@ -243,6 +254,16 @@ CALLS = {
             "residual_stress": [1e2],
         },
     ),
+    "shakedown_load": (
+        fp.shakedown_load,
+        {
+            "medium": fp.HalfSpace(5e3, 0.4),
+            "indenter": BALL,
+            "strengths": fp.Strength(yield_stress=1e3),
+            "friction": 0.1,
+        },
+    ),
+    "conductance": (fp.conductance, {"medium": GEL, "contact": [1e-7, 2e-7], "conductivity": [1.0, 2.0]}),
     "energy_by_depth depth": (
         fp.energy_by_depth,
         {"medium": GEL, "indenter": BALL, "depth": 1e-8, "z": [1e-7, 1e-6]},
@@ -262,6 +283,10 @@ CALLS = {
         {"shape": (8, 8), "spacing": 1e-7, "hurst": 0.8, "rms_height": 1e-8, "roll_off": 5e-7, "cut_off": 2e-7},
     ),
     "self_affine slope": (fp.self_affine, {"shape": 8, "spacing": 1e-7, "rms_slope": 0.1, "seed": 1}),
+    "rough_contact hardness": (
+        fp.rough_contact,
+        {"medium": GEL, "topography": ROUGH, "pressure": 1e1, "hardness": 1e3, "tolerance": 1e-6},
+    ),
     **{
         f"rough_contact {name}": (
             fp.rough_contact,

@@ -349,7 +349,7 @@ class _Job:
                 raise curve
             place = _position(curve)
             model = model_of(self.sample.replaced(values), self.free, self.settings.method) if values else self._model
-            result = fit_model(curve, model, self.free, self.settings)
+            result = fit_model(curve, model, self.free, self.settings, values)
         except Exception as error:
             # whatever is wrong with one curve must not cost the others
             known = isinstance(error, (ValueError, TypeError, OSError))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Unpack
 
@@ -28,6 +28,9 @@ from flatpunch.fits.report.result import FitResult
 from flatpunch.fits.viscoelastic import HistoryModel, history_setup
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
+
+OFF = 0.1
+"""Share of a known thickness for which the change of the moduli is noted; few thicknesses are measured better."""
 
 
 @one_blas_thread()
@@ -149,25 +152,65 @@ def fit_ranges(
 
 
 @one_blas_thread()
-def fit_model(curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings) -> FitResult:
-    """Fit with a forward model at hand; what `fit` and batches do for each curve."""
+def fit_model(
+    curve: Curve, model: Model, free: Mapping[str, Free], settings: Settings, measured: Collection[str] = ()
+) -> FitResult:
+    """Fit with a forward model at hand; what `fit` and batches do for each curve, of which some numbers are `measured`."""
     if not isinstance(curve, Curve):
         raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
     setup = setup_of(curve, model, bounds(model, free), settings)
     setup, found = searched(setup, curve.name, free, setup.settings)
     while setup.again is not None and (narrower := setup.again(found.x)) is not None:
         setup, found = searched(narrower, curve.name, free, setup.settings)
-    return result_of(curve, model, setup, found)
+    return result_of(curve, model, setup, found, measured)
 
 
-def result_of(curve: Curve, model: Model, setup: Setup, found: Minimum) -> FitResult:
+def result_of(curve: Curve, model: Model, setup: Setup, found: Minimum, measured: Collection[str] = ()) -> FitResult:
     """Result of a fit from its minimum: values, intervals and notes."""
     if model.adhesive:
         follows(setup, found, curve.name)
     start = found.x.copy()
     start[: len(model.free)] = model.start()
     result = reported(Problem.of([setup], [start], 0), found, setup.settings)
-    return replace(result, notes=(*about_curve(result), *judged(result), *limits_of_theory(result)))
+    return replace(
+        result,
+        notes=(*about_curve(result), *judged(result), *about_thicknesses(result, measured), *limits_of_theory(result)),
+    )
+
+
+def about_thicknesses(result: FitResult, measured: Collection[str] = ()) -> tuple[str, ...]:
+    """How far moduli are off where a thickness that is given for all curves is off by `OFF`, if that is out of their intervals.
+
+    The fit is repeated with each such thickness; `measured` are the names of those that are given for each curve.
+    """
+    problem, found, notes = result.problem, result.minimum, []
+    model = problem.parts[0].model
+    moduli = [j for j, name in enumerate(problem.free) if problem.numbers[name].number.unit == "Pa"]
+    for name, number in model.numbers.items():
+        if number.number.what != "thickness" or name in model.free or name in measured:
+            continue
+        setups = [
+            replace(each, objective=replace(each.objective, model=_thicker(each, name), _before={}))
+            for each in problem.coarse.setups
+        ]
+        moved = minimise(replace(problem, setups=tuple(setups)).evaluate, found.x, *problem.bounds, settled=SOON)
+        for free, value in ((problem.free[j], float(problem.external(j, moved.x[j]))) for j in moduli):
+            e = result.estimates[free]
+            if moved.converged and not e.low <= value <= e.high:
+                change, low, high = (end / e.value - 1 for end in (value, e.low, e.high))
+                notes.append(
+                    f"{free} changes by {change:+.1%} where {name} is {OFF:.0%} larger than the {text(number.value, 'm')} given; "
+                    f"its interval, {low:+.1%} to {high:+.1%}, takes the thickness as known. Measure it, or give it a prior "
+                    "(posterior(priors=...))."
+                )
+    return tuple(notes)
+
+
+def _thicker(setup: Setup, name: str) -> Model:
+    """The model of a curve with a thickness larger by `OFF`."""
+    model = setup.objective.model
+    sample = model.sample.replaced({name: (1 + OFF) * model.numbers[name].value})
+    return model_of(sample, {free: Free() for free in model.free}, setup.settings.method)
 
 
 def setup_of(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> Setup:

@@ -8,7 +8,7 @@ both. The sum of squares is that of all curves, each over the variance of its ow
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Unpack
 
@@ -17,7 +17,7 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, instance, mapping, real
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fits.fitting import descended, effort, setup_of, unfinished
+from flatpunch.fits.fitting import about_thicknesses, descended, effort, setup_of, unfinished
 from flatpunch.fits.least_squares.minimum import minimise
 from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.curve import Curve, CurveError, check_curves
@@ -136,7 +136,11 @@ def fit_together(
     _check(measured, shared, each, chosen)
     # where each curve begins need not be its minimum
     alone = [_alone(m, sample, {**shared, **each}, replace(chosen, quick=True)) for m in measured]
-    return _joined(Problem.of([setup for setup, _ in alone], [x for _, x in alone], len(shared)), chosen)
+    return _joined(
+        Problem.of([setup for setup, _ in alone], [x for _, x in alone], len(shared)),
+        chosen,
+        {name for m in measured for name in m.values},
+    )
 
 
 def _check(
@@ -196,7 +200,7 @@ def _amplitude(setup: Setup, start: Array, settings: Settings) -> Array:
     return descended(held, start, settings).x
 
 
-def _joined(problem: Problem, settings: Settings) -> FitResult:
+def _joined(problem: Problem, settings: Settings, measured: Collection[str]) -> FitResult:
     coarse, x, noise = problem.coarse, problem.start, _noises(problem, problem.start)
     # fits, each with the noise of the one before, until it stays within a per cent
     for _ in range(3):
@@ -214,7 +218,9 @@ def _joined(problem: Problem, settings: Settings) -> FitResult:
     result = reported(problem, problem.at(found), settings)
     parts = tuple(_one_of(result, i) for i in range(len(problem.setups)))
     result = replace(result, parts=parts, excess=tuple(_excess(each) for each in parts))
-    return replace(result, notes=(*notes, *judged(result), *_disagreement(result)))
+    return replace(
+        result, notes=(*notes, *judged(result), *about_thicknesses(result, measured), *_disagreement(result))
+    )
 
 
 def _noises(problem: Problem, x: Array) -> Array:

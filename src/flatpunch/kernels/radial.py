@@ -1,6 +1,6 @@
-"""The four functions of |q| that make up the surface compliance, and their interpolation.
+"""The surface compliance under uniform tractions, and its interpolation over |q|.
 
-With l along the wave and t across it, C = [[a, 0, i d], [0, c, 0], [-i d, 0, n]]. Times |q| all four are smooth in ln |q|. They
+Times |q| the four functions of `flatpunch.compliances.radial` are smooth in ln |q|. They
 are sampled at nodes that are equally spaced there, twice as many until polynomials of eight nodes meet the new ones within the
 tolerance; a finer table of cubics, made from the last nodes, is then evaluated at all wavenumbers.
 """
@@ -8,14 +8,13 @@ tolerance; a finer table of cubics, made from the last nodes, is then evaluated 
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
     from flatpunch.media import AnyLayer, Body
-    from flatpunch.media.material import PowerLaw
 
 _POINTS = 8
 """Nodes of a polynomial."""
@@ -25,54 +24,6 @@ _SPACING = 0.25
 
 _FINE = 8
 """Intervals of the table of cubics in one of the last nodes', whose own error is far below the tolerance."""
-
-
-class Radial(NamedTuple):
-    """Entries n, a, c and d at wavenumbers [m/Pa], or their inverses [Pa/m]."""
-
-    normal: Array
-    along: Array
-    across: Array
-    coupling: Array
-
-
-def radial_compliance(body: Body, k: Array) -> Radial:
-    """The four functions at wavenumbers k > 0, shape (n,) each."""
-    from flatpunch.compliances.response import surface_flexibility
-
-    stack = body.single
-    if not stack:
-        return _of_pair(body, k)
-    if law := stack.power_law:
-        return _of_power_law(stack, law, k)
-    along, across = surface_flexibility(stack, k)
-    return Radial(-along[1, 1] / k, -along[0, 0] / k, -across / k, along[0, 1] / k)
-
-
-def _of_pair(pair: Body, k: Array) -> Radial:
-    total = Radial(*np.zeros((4, k.size)))
-    for name, body in reversed(pair.sides):
-        sign = -1 if name == "upper" else 1
-        if not body.rigid:
-            n, a, c, d = radial_compliance(body, k)
-            # the upper body's z runs the other way, which turns the sign of the coupling
-            total = Radial(total.normal + n, total.along + a, total.across + c, total.coupling + sign * d)
-    return total
-
-
-def _of_power_law(body: Body, law: PowerLaw, k: Array) -> Radial:
-    from flatpunch.compliances import compliance
-    from flatpunch.compliances.power_law import power_law_waves
-
-    if law.exponent >= 1:
-        raise ValueError(
-            f"medium has a modulus that vanishes at the surface like z^{law.exponent:g}: under shear tractions its displacement "
-            "is infinite. `normal_compliance` exists."
-        )
-    with np.errstate(all="ignore"):  # stresses along the surface may be infinite; displacements are not
-        waves = power_law_waves(law, k, np.zeros(1))
-    normal, shear, across = (each[..., 0] for each in (waves.normal, waves.shear, waves.transverse))
-    return Radial(np.asarray(compliance(body)(k)), -shear[0] / k, -across[0] / k, -normal[0] / k)
 
 
 def at_zero(body: Body) -> tuple[float, float]:
@@ -158,6 +109,8 @@ class Table:
 
 def _smooth(body: Body, s: Array) -> Array:
     """Logarithms of k n, k a and k c, and d over the root of n and a, at s = ln k; shape (4, n)."""
+    from flatpunch.compliances.radial import radial_compliance
+
     k = np.exp(s)
     n, a, c, d = radial_compliance(body, k)
     return np.stack([np.log(k * n), np.log(k * a), np.log(k * c), d / np.sqrt(n * a)])

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatpunch.kernels.arguments import Tuples, at_zero_wave, body_of, wave_vectors
-from flatpunch.kernels.radial import Radial, Table, at_zero, radial_compliance
+from flatpunch.kernels.radial import Table, at_zero
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
+    from flatpunch.compliances.radial import Radial
     from flatpunch.media import Body
     from flatpunch.numerics.chebyshev import Numbers
 
@@ -234,6 +235,8 @@ def _matrices(
 
 def _functions(body: Body, q: Array, rtol: float) -> Callable[[Array], Radial]:
     """Callable: magnitudes of a part of the wave vectors -> Radial."""
+    from flatpunch.compliances.radial import Radial, radial_compliance
+
     if rtol > 0 and q.size > _DIRECT:
         present = q[q > 0]
         low, high = float(present.min()), float(present.max())

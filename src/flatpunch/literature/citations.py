@@ -232,6 +232,9 @@ def _reasons(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
             yield "eason1955", "stresses under pressure on discs"
         if not discs or '"PatchLoad"' in parts:
             yield "love1929", "stresses under pressure on rectangles"
+    if title.startswith("Partial slip"):
+        yield "mindlin1949", "partial slip of spheres"
+        yield "ciavarella1998", "partial slip as a difference of normal contacts"
     if title.startswith("Sensitivities"):
         yield "barber1974", "derivatives at a contact area that makes the force largest"
     if title.startswith("Rough contact"):

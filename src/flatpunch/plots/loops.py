@@ -1,4 +1,4 @@
-"""Pictures of contacts with a history: loops of approach and withdrawal with adhesion, and force and depth over time.
+"""Pictures of contacts with a history: loops of approach and withdrawal with adhesion, of partial slip, and forces over time.
 
 An adhesive loop is that of a machine which prescribes depth or force, the same as the result was solved for (depth, if it was
 solved for radii), up to the largest value in it.
@@ -83,6 +83,27 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
 
 _NAMES = {"jump_in": "jump-in", "pull_off": "pull-off", "outwards": "jump outwards", "inwards": "jump inwards"}
 _MARKS = {"jump_in": "o", "pull_off": "s", "outwards": "^", "inwards": "v"}
+
+
+def slip_loop(result: xr.Dataset, axes: Axes) -> Axes:
+    """Draw the first loading of `partial_slip` through its steps, and the cycle of its largest displacement."""
+    order = np.argsort(result["displacement"].values, kind="stable")
+    moved, pulled = (result[name].values[order] for name in ("displacement", "tangential_force"))
+    (by_place, place_unit), (by_force, force_unit) = scale_of(moved, "m"), scale_of(pulled, "N")
+    first = np.append(0.0, moved) * by_place, np.append(0.0, pulled) * by_force
+    # a cycle follows the first loading, twice as large (Masing)
+    back = [each[-1] - 2 * each for each in first]
+    cycle = [np.concatenate([each, -each]) for each in back]
+    axes.fill(*cycle, color=_WITHDRAWAL, alpha=SHADE, linewidth=0)
+    axes.plot(*cycle, color=_WITHDRAWAL, label="cycle")
+    axes.plot(*first, color=_APPROACH, label="first loading")
+    axes.axhline(0, color="black", linewidth=THIN)
+    axes.set_xlabel(f"displacement along the surface ({place_unit})")
+    axes.set_ylabel(f"tangential force $T$ ({force_unit})")
+    lost = float(result["dissipated_energy"].values[order[-1]])
+    axes.set_title(f"Friction {result.attrs['friction']:g}: {plain(lost, 'J')} lost in a cycle")
+    axes.legend(loc="upper left")
+    return axes
 
 
 def _mark(jump: Plain, axes: Axes, of_depth: tuple[float, str], of_force: tuple[float, str]) -> None:

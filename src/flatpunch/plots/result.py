@@ -21,7 +21,7 @@ from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
-from flatpunch.plots.loops import adhesion_figure, force_over_depth, history_figure, loop
+from flatpunch.plots.loops import adhesion_figure, force_over_depth, history_figure, loop, slip_loop
 from flatpunch.plots.medium import is_graded, plot_medium
 from flatpunch.plots.outline import last_valid, plot_outline
 from flatpunch.plots.pressure import plot_pressure
@@ -57,13 +57,13 @@ def plot_curve(
     """Draw the force over the depth, and the stiffness on a second axis.
 
     Between its steps the curve follows their forces and stiffnesses; below the first step it follows the power law that
-    force and stiffness of that step imply. Steps at which the theory does not hold are grey. Loops of approach and withdrawal
-    and histories over time are drawn as such.
+    force and stiffness of that step imply. Steps at which the theory does not hold are grey. Loops of approach and withdrawal,
+    cycles of partial slip and histories over time are drawn as such.
 
     Parameters
     ----------
     result : xarray.Dataset
-        What `indent` or `adhesion_loop` returned.
+        What `indent`, `adhesion_loop` or `partial_slip` returned; of the last with steps of one normal contact.
     axes : matplotlib.axes.Axes, optional
         Where to draw; by default a new figure. Axes that hold a curve keep their units, and the new one has a colour of its own.
     stiffness : bool
@@ -95,6 +95,8 @@ def plot_curve(
     axes = axes_or_new(axes)
     if "branch" in result:
         return loop(result, axes)
+    if "stick_radius" in result:
+        return slip_loop(result, axes)
     if "relaxation" in result.attrs:
         return force_over_depth(result, axes)
     check_result(result, "depth", "force", "stiffness", "valid")

@@ -1,5 +1,6 @@
 from .energy import energy_by_depth
 from .failure.critical_load import CriticalLoad, critical_load, critical_loads
+from .failure.shakedown import ShakedownLoad, shakedown_load
 from .failure.strength import Strength
 from .loads import DiscLoad, PatchLoad
 from .peaks import peak_stresses
@@ -10,6 +11,7 @@ __all__ = [
     "CriticalLoad",
     "DiscLoad",
     "PatchLoad",
+    "ShakedownLoad",
     "Strength",
     "critical_load",
     "critical_loads",
@@ -17,4 +19,5 @@ __all__ = [
     "fields",
     "peak_stresses",
     "rough_stresses",
+    "shakedown_load",
 ]

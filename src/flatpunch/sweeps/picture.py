@@ -18,12 +18,13 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from scipy.interpolate import RegularGridInterpolator
 
 from flatpunch._support.checks import Array, BadValue, one_of
 from flatpunch.files import units
+from flatpunch.files.stresses import in_words as criterion_in_words
 from flatpunch.plots.style import logarithmic
 from flatpunch.sweeps.axes import in_words
-from flatpunch.sweeps.study import KINDS
 
 _LEGEND, _PANELS = 8, 9
 _STYLE: Any = {"axes.grid": True, "grid.color": "#e0e0e0"}
@@ -32,6 +33,8 @@ _LINE = "_a value of the second parameter"
 _VIRIDIS = matplotlib.colors.ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0, 0.9, 100)), "viridis")
 """Without its last tenth, which is too pale for lines on white paper."""
 _FAILED, _ONE = "#c1121f", "#1f4e79"
+_FINE = 400
+"""Points of an axis between which areas of a map end: finer than a printed picture shows."""
 _COLOURS = ("#8ecae6", "#ffb703", "#b5e48c", "#e5989b", "#cdb4db", "#d6ccc2", "#a3b18a", "#f4a261")
 
 
@@ -242,65 +245,79 @@ def _legend(drawn: Figure, grid: Array, result: xr.Dataset, name: str) -> None:
 
 
 def is_map(result: xr.Dataset, quantity: str | None) -> bool:
-    """Whether the critical load is asked for over two parameters that are numbers."""
+    """Whether the critical load is asked for, was found somewhere, and varies over two parameters that are numbers."""
     names = list(result["status"].dims)
     numeric = len(names) == 2 and all(result[name].dtype.kind in "if" and result.sizes[name] > 1 for name in names)
-    return quantity == "critical_force" and "critical_force" in result and numeric
+    return quantity == "critical_force" and "critical_margin" in result and numeric
 
 
 def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any = None) -> Figure:
-    """Draw the critical load over the first two parameters: areas by kind and layer, level lines of the load.
+    """Draw the critical load over the first two parameters: areas by criterion, level lines of the load.
 
-    Takes what `sweep` returned for a case with strengths; width [in] and settings are as of `figure`.
+    Areas end where the next criterion is reached at the same load: strength over stress of each, at the first failure, is
+    interpolated between the points, and the smallest comes first. Takes what `sweep` returned for a case with strengths; width
+    [in] and settings are as of `figure`.
     """
-    first, second = (str(name) for name in result["status"].dims)
-    axes_values, labels = [], []
-    for name in (first, second):
-        unit = str(result[name].attrs.get("units", ""))
-        factor, readable_unit = units.readable(float(np.abs(result[name].values).max()), unit) if unit else (1.0, "")
-        axes_values.append(result[name].values * factor)
-        words = in_words(name)
-        labels.append(f"{words} ({readable_unit})" if readable_unit else words)
-    force = result["critical_force"].isel(step=0).values.T
-    force = np.where(np.isfinite(force) & (force > 0), force, np.nan)
-    kind, layer = (result[f"critical_{name}"].isel(step=0).values.T for name in ("kind", "layer"))
-    places = sorted({(int(k), int(i)) for k, i in zip(kind.ravel(), layer.ravel(), strict=True) if np.isfinite(k)})
-    number = np.full(kind.shape, np.nan)
-    for n, (k, i) in enumerate(places):
-        number[(kind == k) & (layer == i)] = n
+    names = [str(name) for name in result["status"].dims]
+    result = result.sortby(names).isel(step=0)
+    scales = [_unit(result, name) for name in names]
+    values = [result[name].values * factor for name, (factor, _) in zip(names, scales, strict=True)]
     with matplotlib.rc_context(settings or {}):
         drawn = Figure(figsize=(width, width) if width else None, layout="constrained")
         axes = drawn.subplots()
-        colours = ListedColormap([_COLOURS[n % len(_COLOURS)] for n in range(len(places))])
-        norm = BoundaryNorm(np.arange(len(places) + 1) - 0.5, max(len(places), 1))
-        for name, which in ((first, "x"), (second, "y")):
+        for name, which in zip(names, "xy", strict=True):
             if geometric(result, name):
                 logarithmic(axes, which)
-        axes.pcolormesh(*axes_values, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
-        axes.plot(*map(np.ravel, np.meshgrid(*axes_values)), ".", color="black", ms=2, clip_on=False, zorder=3)
-        if np.isfinite(force).sum() > 3 and np.nanmax(force) > np.nanmin(force):
-            factor, unit = units.readable(float(np.nanmax(force)), "N")
-            levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 10)[1:-1]
-            if levels[-1] > 2 * levels[0]:
-                levels = np.array([float(f"{level:.1e}") for level in levels])
-            lines = axes.contour(*axes_values, force * factor, levels=levels, colors="black", linewidths=1)
-            # each level has its number, in the middle of its longest line, where no edge cuts it off
-            longest = (max(level, key=len) for level in lines.allsegs if level)
-            middles = [tuple(line[len(line) // 2]) for line in longest]
-            axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small", manual=middles)
-        for axis, values in zip((axes.xaxis, axes.yaxis), axes_values, strict=True):
-            # cells of the outermost points reach beyond them
-            axis.set_view_interval(float(values.min()), float(values.max()), ignore=True)
-        layers = int(np.nanmax(layer)) if places else 0
-        patches = [
-            Patch(color=_COLOURS[n % len(_COLOURS)], label=f"{KINDS[k]}, layer {i + 1}")
-            for n, (k, i) in enumerate(places)
-        ]
+        fine, first = _first_criteria(result, names, values)
+        seen = np.unique(first[np.isfinite(first)]).astype(int)
+        place = {n: i for i, n in enumerate(seen)}
+        number = np.full(first.shape, np.nan)
+        for n, i in place.items():
+            number[first == n] = i
+        colours = ListedColormap([_COLOURS[i % len(_COLOURS)] for i in place.values()] or ["white"])
+        norm = BoundaryNorm(np.arange(max(len(place), 1) + 1) - 0.5, max(len(place), 1))
+        axes.pcolormesh(*fine, number, cmap=colours, norm=norm, shading="nearest", rasterized=True)
+        axes.plot(*map(np.ravel, np.meshgrid(*values)), ".", color="black", ms=2, clip_on=False, zorder=3)
+        for axis, own, (_, unit), name in zip((axes.xaxis, axes.yaxis), values, scales, names, strict=True):
+            axis.set_view_interval(float(own.min()), float(own.max()), ignore=True)
+            axis.set_label_text(f"{in_words(name)} ({unit})" if unit else in_words(name))
+        _load_lines(axes, result, values)
+        criteria = [criterion_in_words(str(result["criterion"].values[n])) for n in place]
+        patches = [Patch(color=_COLOURS[i % len(_COLOURS)], label=each) for i, each in enumerate(criteria)]
         drawn.legend(handles=patches, loc="outside lower center", ncols=2, frameon=False, fontsize="small")
-        axes.set_xlabel(labels[0])
-        axes.set_ylabel(labels[1])
-        axes.set_title(
-            "First failure and its load" + (" (layer 1 is the top, the last the base)" if layers else ""),
-            fontsize="medium",
-        )
+        axes.set_title("First failure and its load (layer 1 is the top, the last the base)", fontsize="medium")
         return drawn
+
+
+def _first_criteria(result: xr.Dataset, names: Sequence[str], values: Sequence[Array]) -> tuple[list[Array], Array]:
+    """A fine grid over two parameters, and the place of the criterion that is reached first there, nan where none is known."""
+    logs = [geometric(result, name) for name in names]
+    places = [np.log(own) if log else own for own, log in zip(values, logs, strict=True)]
+    fine = [np.linspace(own[0], own[-1], _FINE) for own in places]
+    with np.errstate(divide="ignore"):
+        margin = np.log(result["critical_margin"].transpose(*names, "criterion").values)
+    # criteria without any stress are never first
+    margin = np.where(np.isposinf(margin), np.nanmax(margin, initial=0.0, where=np.isfinite(margin)), margin)
+    between = RegularGridInterpolator(places, margin)(tuple(np.meshgrid(*fine)))
+    known = np.isfinite(between).all(axis=-1)
+    first = np.where(known, np.argmin(between, axis=-1), np.nan)
+    return [np.exp(own) if log else own for own, log in zip(fine, logs, strict=True)], first
+
+
+def _load_lines(axes: Axes, result: xr.Dataset, values: Sequence[Array]) -> None:
+    """Level lines of the load of the first failure, each with its number."""
+    force = result["critical_force"].values.T
+    force = np.where(np.isfinite(force) & (force > 0), force, np.nan)
+    if np.isfinite(force).sum() <= 3 or np.nanmax(force) == np.nanmin(force):
+        return
+    factor, unit = units.readable(float(np.nanmax(force)), "N")
+    levels = np.geomspace(np.nanmin(force) * factor, np.nanmax(force) * factor, 10)[1:-1]
+    if levels[-1] > 2 * levels[0]:
+        levels = np.array([float(f"{level:.1e}") for level in levels])
+    lines = axes.contour(*values, force * factor, levels=levels, colors="black", linewidths=1)
+    # in the middle of that straight piece of each level that is farthest from the frame, which would cut the number off
+    inside = [np.concatenate([(line[1:] + line[:-1]) / 2 for line in level]) for level in lines.allsegs if level]
+    across = [axes.transAxes.inverted().transform(axes.transData.transform(line)) for line in inside]
+    best = [int(np.argmin(np.abs(place - 0.5).max(axis=1))) for place in across]
+    places = [tuple(line[i]) for line, i in zip(inside, best, strict=True)]
+    axes.clabel(lines, fmt=lambda value: f"{value:.3g} {unit}", fontsize="x-small", manual=places)

@@ -86,7 +86,7 @@ def sweep(
         What `indent` returns, over the varied parameters (coordinates named by their paths, in SI units) and `step`; NaN where
         a point failed. `status` is "solved" or "failed", `reason` says why, `method_used` and `notes` are those of
         each point. Where the case has strengths in [stress]: critical_force, critical_depth, critical_kind and
-        critical_layer too, the same at all steps.
+        critical_layer too, the same at all steps, and along `criterion` critical_margin, strength over stress at that load.
 
     Raises
     ------
@@ -198,6 +198,10 @@ def _solve(case: Case, *, contours: bool) -> Plain:
         first, ended = first_failure(case)
         if case.stress is not None and case.stress.judged:
             result = result.assign(critical_variables(first, result.sizes["step"]))
+            if first is not None:
+                names = sorted(first.margins)
+                margins = ("criterion", [first.margins[name] for name in names], {"long_name": "strength over stress"})
+                result = result.assign(critical_margin=margins).assign_coords(criterion=names)
     kept = result if contours else result.drop_dims("phi")
     notes = dict.fromkeys([*str(result.attrs.get("notes", "")).splitlines(), *(str(w.message) for w in caught), ended])
     structure = {

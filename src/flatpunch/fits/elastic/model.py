@@ -22,7 +22,7 @@ from flatpunch._support.readable import readable
 from flatpunch.contact import Method, MethodName, indent, method_of
 from flatpunch.contact.curve import FEW_ANGLES, percent
 from flatpunch.contact.finite_strain.caps import place_of
-from flatpunch.contact.physics import FiniteStrain
+from flatpunch.contact.physics import FiniteStrain, Physics
 from flatpunch.fits.elastic.table import Table, at_pieces
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.scaling import Scaling, scaling
@@ -116,7 +116,7 @@ class ForwardModel(FreeParameters):
     @cached_property
     def sample(self) -> Sample:
         """The case; free parameters have their starting values in it."""
-        return Sample(self.medium, self.indenter)
+        return Sample(self.medium, self.indenter, Physics(finite_strain=self.finite_strain))
 
     def evaluate(self, depth: Array, theta: Array) -> tuple[Array, Array, Array]:
         """Force and derivatives at depths > 0.

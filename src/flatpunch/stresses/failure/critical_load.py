@@ -153,8 +153,8 @@ def critical_load(
     edges of sharp tips, and at the border of flat ends that are worn into a tip, round or not. So are they under the rim of a
     `Cylinder`, and under friction tension behind it. Incompressible material bears infinite pressure, but not its friction.
     """
-    search, friction_of = _search(medium, indenter, strengths, friction, residual_stress)
-    return _found(search, medium, friction_of)
+    search, friction_of = search_of(medium, indenter, strengths, friction, residual_stress)
+    return found_by(search, medium, friction_of)
 
 
 @one_blas_thread()
@@ -202,11 +202,11 @@ def critical_loads(
     layers[0].tensile: 329.8 mN
     layers[1].yield: 11.8 mN
     """
-    search, named = _search(medium, indenter, strengths, friction, residual_stress)
+    search, named = search_of(medium, indenter, strengths, friction, residual_stress)
     rows = []
     for what in dict.fromkeys(event.what for event in search.maxima(search.limits()[1])):
         try:
-            found = _found(_OneCriterion(search, what), medium, named)
+            found = found_by(_OneCriterion(search, what), medium, named)
         except UnresolvedLayer as error:
             nan = float("nan")
             found = CriticalLoad(nan, nan, nan, *what[:2], (nan, nan, nan), {}, what[2], nan, (str(error),))
@@ -271,7 +271,7 @@ class _OneCriterion:
         return [event for event in self.whole.maxima(size, only=self.what[1]) if event.what == self.what]
 
 
-def _search(
+def search_of(
     medium: Body, indenter: Indenter, strengths: Any, friction: float, residual_stress: Any
 ) -> tuple[RoundSearch | CellSearch, bool]:
     """Check the arguments; the search, and whether criteria are named with their body."""
@@ -286,7 +286,7 @@ def _search(
     return search, underlying(medium).pair
 
 
-def _found(search: Any, medium: Body, named: bool) -> CriticalLoad:
+def found_by(search: Any, medium: Body, named: bool) -> CriticalLoad:
     try:
         size, worst, events = first_event(search)
     except UnresolvedLayer as error:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from scipy.special import hyp2f1
 
 from flatpunch import bem
 from flatpunch._support.checks import ROUNDING, Array
@@ -33,7 +32,7 @@ from flatpunch.stresses.failure.events import (
     of_kind,
     outwards,
 )
-from flatpunch.stresses.failure.rim import Rim
+from flatpunch.stresses.failure.rim import Rim, at_ellipse
 from flatpunch.stresses.failure.round import bending, radius_limits
 from flatpunch.stresses.failure.tips import counted_by, infinite
 
@@ -44,8 +43,8 @@ _RIM = 2 * _FINE
 _RAYS = 720
 """Points of the rim; an eighth of them cost 6 % of the tension at the ends of contacts four times as long as wide."""
 
-_CLOSED = 1e-8
-"""Relative error of the closed form at the ends of an ellipse: digits lost where the contact is nearly round."""
+_CLOSED = 1e-5
+"""Relative error at the rim of an ellipse on a half-space: that of the place between two points of the rim."""
 
 _PLACES = np.linspace(-1, 1, 27)
 """Places of the grid along x and y over its half-widths."""
@@ -137,25 +136,21 @@ class CellSearch:
         control = Control("depth", self._depth(size))
         return solve_ellipse(self.kernel, self.indenter, control, np.array([0.0, np.pi / 2]))
 
-    def _ends(self, judged: Judged, size: float) -> list[Event] | None:
-        """Largest stresses over strength at the ends of the contact ellipse, where a half-space has its largest tension.
+    def _in_closed_form(self, judged: Judged, size: float) -> list[Event] | None:
+        """Largest stresses over strength at the rim of a contact ellipse, where a half-space has its largest tension.
 
-        None for other bodies and tips, and under friction. Along the long axis, of half-axis a, the stress is
-        p0 (1 - 2 nu) b/(a e^2) (artanh(e)/e - 1), and minus that across it (K. L. Johnson, Contact Mechanics, 1985, ch. 4).
+        None for other bodies and tips.
         """
         exact, body = self._ellipse(size), judged.body
-        if exact is None or self.friction or self.kernel.exponent or body.layers or not body.base.isotropic:
+        if exact is None or self.kernel.exponent or body.layers or not body.base.isotropic:
             return None
         half_axes = exact.contour[0]
-        long = int(np.argmax(half_axes))
-        a, b = half_axes[long], half_axes[1 - long]
-        # (artanh(e)/e - 1)/e^2, without cancellation in contacts that are nearly round
-        share = float(hyp2f1(1, 3 / 2, 5 / 2, 1 - (b / a) ** 2)) / 3
-        peak = 3 * exact.force[0] / (2 * np.pi * a * b)
-        stress, place = np.zeros((6, 1, 1, 1)), np.zeros((3, 1, 1, 1))
-        stress[long] = peak * (1 - 2 * SurfacePart.of(body).constants[1]) * b / a * share
-        stress[1 - long], place[long] = -stress[long], a
-        return [replace(each, rim=True) for each in judged.largest(0, stress, place)]
+        peak = 3 * exact.force[0] / (2 * np.pi * half_axes.prod())
+        friction = -self.friction if judged.upper else self.friction
+        phi = 2 * np.pi * np.arange(_RAYS) / _RAYS
+        stress, place = at_ellipse(half_axes, friction, SurfacePart.of(body).constants[1], phi)
+        found = judged.largest(0, peak * stress[..., None, None], place[..., None, None])
+        return [replace(each, rim=True) for each in found]
 
     def _solved(self, size: float, count: int) -> bem.Solution:
         key = size, count
@@ -211,18 +206,18 @@ class CellSearch:
         """
         found = chosen(i, stress, place)
         kinds = {each.kind for each in found} & {"tensile", *(("yield", "shear") if self.friction else ())}
-        ends = self._ends(judged, size) if i == 0 and kinds else None
-        if ends is not None:
-            # nowhere else is the tension as large
-            kept = [each for each in found if each.kind != "tensile"]
-            return kept + [each for each in ends if each.kind == "tensile"]
-        rim = self._rim(size, _COARSE) if i == 0 and kinds else None
-        if rim is None:
+        if i > 0 or not kinds:
             return found
         order = [each.kind for each in found]
         kept = [each for each in found if each.kind != "tensile"]
-        kept += [each for each in chosen(i, rim.away(stress, place), place) if each.kind == "tensile"]
-        kept += [each for each in self._at_rim(judged, size, _COARSE, rim) if each.kind in kinds]
+        at_rim = self._in_closed_form(judged, size)
+        if at_rim is None:
+            rim = self._rim(size, _COARSE)
+            if rim is None:
+                return found
+            kept += [each for each in chosen(i, rim.away(stress, place), place) if each.kind == "tensile"]
+            at_rim = self._at_rim(judged, size, _COARSE, rim)
+        kept += [each for each in at_rim if each.kind in kinds]
         return sorted(kept, key=lambda each: order.index(each.kind))
 
     def _rim(self, size: float, count: int, phi: float | None = None) -> Rim | None:
@@ -282,8 +277,8 @@ class CellSearch:
 
     def _of_rim(self, judged: Judged, size: float, phi: float | None = None) -> list[Event]:
         """Largest stresses over strength at the rim, or at its point at a polar angle; none if it has none."""
-        if ends := self._ends(judged, size):
-            return ends
+        if exact := self._in_closed_form(judged, size):
+            return exact
         rim = self._rim(size, _RIM, phi)
         return self._at_rim(judged, size, _RIM, rim) if rim else []
 
@@ -338,7 +333,7 @@ class CellSearch:
     def error(self, event: Event, size: float) -> float:
         """Estimated relative error of the stress: twice what cells twice as wide change, and what joining cells costs."""
         judged = body_of(self.bodies, event)
-        if event.rim and self._ends(judged, size):
+        if event.rim and self._in_closed_form(judged, size):
             return _CLOSED
         if event.rim and (rim := self._rim(size, _RIM // 2, _angle(event))):
             coarse = of_kind(event.kind, self._at_rim(judged, size, _RIM // 2, rim))

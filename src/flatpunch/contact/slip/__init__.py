@@ -1,0 +1,1 @@
+"""Partial slip of round contacts under a force along the surface."""

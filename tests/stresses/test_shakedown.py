@@ -1,0 +1,78 @@
+"""Loads under which residual stresses keep a body elastic: published values, another optimiser, limits."""
+
+import numpy as np
+import pytest
+import scipy.optimize
+
+import flatpunch as fp
+from flatpunch.stresses.failure.shakedown import least_of_largest
+from flatpunch.stresses.points import von_mises
+
+TIP, STEEL = fp.Paraboloid(1.0), fp.HalfSpace(1.0, 0.3)
+YIELD = 3e-3
+
+
+def peak(force):
+    """Largest pressure of Hertz over the shear strength."""
+    return (6 * force / (0.91**2 * np.pi**3)) ** (1 / 3) / (YIELD / np.sqrt(3))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("friction", "first", "limit", "place"), [(0.0, 2.795, 4.63, 0.36), (0.2, 2.717, 3.687, None)])
+def test_sphere_on_a_half_space(friction, first, limit, place):
+    found = fp.shakedown_load(STEEL, TIP, fp.Strength(yield_stress=YIELD), friction=friction)
+    assert peak(found.first_yield) == pytest.approx(first, rel=2e-3)
+    assert peak(found.force) == pytest.approx(limit, rel=2e-3)
+    if place:
+        assert found.z / found.radius == pytest.approx(place, abs=0.03)
+        assert found.residual[0] == pytest.approx(found.residual[1], rel=1e-6)
+    assert found.error < 1e-2
+    # the limit is a stress, so that loads go like its cube
+    twice = fp.shakedown_load(STEEL, TIP, fp.Strength(yield_stress=2 * YIELD, tensile=1e-3), friction=friction)
+    assert twice.force / found.force == pytest.approx(8.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_least_of_the_largest_is_that_of_another_optimiser(seed):
+    stress = np.random.default_rng(seed).normal(size=(6, 40)) * np.array([1, 1, 2, 0.3, 0.5, 1])[:, None]
+    size, residual = least_of_largest(stress)
+
+    def largest(r):
+        return von_mises(stress + np.array([r[0], r[1], 0, 0, 0, r[2]])[:, None]).max()
+
+    assert largest(residual) == pytest.approx(size, rel=1e-9)
+    other = scipy.optimize.minimize(
+        lambda x: x[3],
+        [0.0, 0.0, 0.0, largest(np.zeros(3)) ** 2],
+        constraints={
+            "type": "ineq",
+            "fun": lambda x: x[3] - von_mises(stress + np.array([x[0], x[1], 0, 0, 0, x[2]])[:, None]) ** 2,
+        },
+        method="SLSQP",
+        options={"ftol": 1e-14, "maxiter": 500},
+    )
+    assert size == pytest.approx(np.sqrt(other.x[3]), rel=1e-7)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("pair", [False, True], ids=["one", "two"])
+def test_no_point_between_exceeds_the_limit_on_layers(pair):
+    film = fp.Medium([fp.Layer(3.0, 0.2, 0.01), fp.Layer(0.5, 0.4, 0.02)], base=STEEL)
+    strengths = [fp.Strength(yield_stress=2e-2), fp.Strength(yield_stress=3e-3), fp.Strength(yield_stress=5e-3)]
+    body = fp.TwoBodies(upper=film, lower=fp.HalfSpace(2.0, 0.3)) if pair else film
+    found = fp.shakedown_load(body, TIP, [strengths, None] if pair else strengths, friction=0.1)
+    assert found.first_yield < found.force
+    assert (found.z < 0) == pair
+    rng = np.random.default_rng(1)
+    x, y = rng.uniform(-2 * found.radius, 2 * found.radius, (2, 3000))
+    inside = fp.fields(body, TIP, x, y, found.z, force=found.force, friction=0.1).stress.values
+    r = np.array([*found.residual[:2], 0, 0, 0, found.residual[2]])
+    inside = inside if inside.shape[0] == 6 else np.moveaxis(inside, -1, 0)
+    limit = strengths[found.layer].yield_stress
+    assert von_mises(inside + r[:, None]).max() <= limit * (1 + found.error + 2e-3)
+
+
+def test_sharp_tips_have_no_limit_and_nothing_yields_without_strengths():
+    assert fp.shakedown_load(STEEL, fp.Cone(0.2), fp.Strength(yield_stress=YIELD)).force == 0
+    with pytest.raises(ValueError, match="strengths has no yield stress"):
+        fp.shakedown_load(STEEL, TIP, fp.Strength(tensile=1.0))
