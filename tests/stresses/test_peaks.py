@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch import bem
 from flatpunch.indenters import Cylinder
+from flatpunch.stresses.failure.critical_load import search_of
 
 
 def _stack(rng, layers, thickest=0.2):
@@ -144,3 +146,26 @@ def test_places_beside_the_plane_of_sliding_are_found():
         values = found.von_mises, found.principal[0], found.max_shear
         for name, each in zip(("von_mises", "tension", "shear"), values, strict=True):
             assert float(peaks[name][i]) >= (1 - 1e-3) * float(each.max()), (name, i)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("tilt", [0.03, 0.1])
+def test_tension_beside_a_tilted_cone_is_what_fields_tend_to(tilt):
+    """Stresses beside cells, from half a cell to three cells from the rim, extrapolated to it."""
+    film, tip = fp.Medium([fp.Layer(3.0, 0.25, 1.0)], base=fp.HalfSpace(2.1, 0.3)), fp.Tilted(fp.Cone(0.2), tilt)
+    (cells,) = bem.solve(fp.compliance(film), tip, grid=384, depths=0.1, tolerance=1e-5)
+    load = fp.PatchLoad(cells.pressure, cells.grid.spacing, center=cells.grid.center)
+    away = cells.grid.spacing * np.array([0.5, 1.0, 2.0, 3.0])
+    beside = fp.fields(film, load, cells.outline.contour[0] + away, 0.0, 0.0).principal.values[0]
+    at_rim = np.polyval(np.polyfit(away, beside, 2), 0.0)
+    peak = fp.peak_stresses(film, tip, depth=0.1)
+    assert peak.tension.values[0] == pytest.approx(at_rim, rel=peak.stress_error)
+    assert peak.stress_error < 0.03
+
+
+def test_traction_of_cells_is_friction_times_their_pressure():
+    for friction in (0.0, 0.3):
+        search, _ = search_of(fp.HalfSpace(1.0, 0.3), fp.Pyramid(4, 0.2), fp.Strength(yield_stress=1.0), friction, None)
+        cells = search._cells(1.0, 32)
+        assert cells.pressure.max() > 0
+        assert np.array_equal(cells.traction, friction * cells.pressure)
