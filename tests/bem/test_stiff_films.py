@@ -35,17 +35,19 @@ def test_steps_that_lower_the_energy_suffice(depth, monkeypatch):
     assert careful.force == pytest.approx(usual.force, rel=1e-4)
 
 
-def test_a_step_that_lowers_the_energy_is_found_whatever_is_proposed():
+@pytest.mark.parametrize("ceiling", [float("inf"), 1.5, 1.0])
+def test_a_step_that_lowers_the_energy_is_found_whatever_is_proposed(ceiling):
     grid = Grid(32, 32, 0.1)
     operator = build_operator(FILM, grid)
     height, depth = grid.polar[0] * 2, 10.0
     for start in (np.zeros(grid.shape), np.where(grid.polar[0] < 1.0, 1.0, 0.0)):
-        now = solver._trial(operator, height, depth, start)
+        problem = solver._Problem(operator, height, ceiling)
+        now = solver._trial(problem, depth, start)
         # upwards in energy: the gap with the wrong sign
         change = np.where(start > 0, now.gap, 0.0) if start.any() else np.zeros(grid.shape)
         if start.any():
             change = remove_gap(operator, start > 0, np.where(start > 0, now.gap, 0.0), 1e-6, 400)[0]
-        later = solver._descended(operator, height, depth, now, change)
+        later = solver._descended(problem, depth, now, change)
         assert solver._energy(np, later) < solver._energy(np, now)
 
 
