@@ -30,10 +30,10 @@ from flatpunch.stresses.failure.events import Judged
 from flatpunch.stresses.failure.strength import Strength
 from flatpunch.stresses.points import fields, von_mises
 
-_WIDTH, _ACROSS = 2.5, 41
+_WIDTH, _ACROSS = 2.5, 51
 """Half side of the planes over the contact radius, and points along it."""
 
-_DEPTHS = 20
+_DEPTHS = 24
 """Depths of each layer, from which the largest is refined."""
 
 _METRIC = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
@@ -196,7 +196,7 @@ class _Problem:
         step = 0.1 * min(radius + worst.depth, bottom - top)
         depths = np.clip(worst.depth + step * np.linspace(-1, 1, 9), top, bottom * (1 - ROUNDING))
         planes = [(i, float(z)) for z in np.unique(depths)]
-        found = self._on_planes(force, radius, worst.judged, planes, 3 * _ACROSS)
+        found = self._on_planes(force, radius, worst.judged, planes, 2 * _ACROSS)
         return max(found, key=lambda each: each.utilisation)
 
     def _on_planes(
