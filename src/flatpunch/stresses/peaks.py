@@ -34,9 +34,6 @@ BULK = {"yield": "von_mises", "tensile": "tension", "shear": "shear"}
 INTERFACE = {"interface tension": "interface_tension", "interface shear": "interface_shear"}
 """Criteria of the search, and the names of the stresses in the result: of layers, and of interfaces."""
 
-_NOISE = 1e-6
-"""Share of the largest stress below which others are zero to the accuracy of the fields; they are not refined."""
-
 _WORDS = {
     "von_mises": "largest von Mises stress",
     "tension": "largest principal stress, positive in tension",
@@ -119,12 +116,11 @@ def peak_stresses(
         ].radius
     size = float(size)
     starts = search.maxima(size)
-    noise = _NOISE * max((each.utilisation for each in starts if each.utilisation < np.inf), default=0.0)
-    refined = search.refined([each for each in starts if noise < each.utilisation < np.inf], size)
-    best = largest_of_each([*(each for each in starts if not noise < each.utilisation < np.inf), *refined])
+    refined = search.refined([each for each in starts if each.utilisation < np.inf], size)
+    best = largest_of_each([*(each for each in starts if np.isinf(each.utilisation)), *refined])
     largest: dict[str, Event] = {}
     for each in best.values():
-        if noise < each.utilisation < np.inf and each.utilisation > getattr(largest.get(each.kind), "utilisation", 0.0):
+        if 0 < each.utilisation < np.inf and each.utilisation > getattr(largest.get(each.kind), "utilisation", 0.0):
             largest[each.kind] = each
     errors = {kind: search.error(each, size) for kind, each in largest.items()}
     names = BULK | INTERFACE
