@@ -11,7 +11,7 @@ from typing import Any, Unpack
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array, Values, numbers, shown
+from flatpunch._support.checks import Array, Values, mapping, numbers, shown
 from flatpunch._support.declared import Number
 from flatpunch._support.declared import Place as Record
 from flatpunch._support.paths import Plain
@@ -229,7 +229,7 @@ def fit_batch(
     rows: list[Plain] = []
     records = Records(store) if store is not None else None
     wanted, items = as_free(free), listed(curves, reading)
-    places = placed(items, values or {}, sample, wanted)
+    places = placed(items, values, sample, wanted)
     for done in fit_rows(places, sample, wanted, chosen, reading, workers, records):
         rows.extend(done)
         if progress is not None:
@@ -238,12 +238,13 @@ def fit_batch(
 
 
 def placed(
-    items: Sequence[Curve | Place], values: Mapping[str, Values], sample: Sample, free: Mapping[str, Free]
+    items: Sequence[Curve | Place], values: Mapping[str, Values] | None, sample: Sample, free: Mapping[str, Free]
 ) -> list[Placed]:
     """Curves with the values that are known of their places."""
-    sample.check(values)
+    known = mapping("values", values, "{'layers[0].thickness': [1e-6, 2e-6]}")
+    sample.check(known)
     columns = {}
-    for name, given in values.items():
+    for name, given in known.items():
         if name in free:
             raise ValueError(f"values: {name} is fitted; leave it out of values, or out of free.")
         columns[name] = numbers(f"values[{name!r}]", given, sample.numbers[name].number.unit or "")

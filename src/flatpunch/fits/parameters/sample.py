@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from flatpunch._support.checks import TINY, shown
+from flatpunch._support.checks import TINY, instance, shown
 from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.contact.physics import ELASTIC, Physics
@@ -179,7 +179,9 @@ class Sample:
     physics: Physics = ELASTIC
 
     def __post_init__(self) -> None:
+        instance("medium", self.medium, (Body,), "a body, such as HalfSpace or Medium")
         check_indenter(self.indenter)
+        instance("physics", self.physics, (Physics,), "a Physics")
         if self.adhesive and self.indenter.flat:
             raise ValueError(
                 "The curve of a flat end is a straight line whatever the work of adhesion, which shows in the pull-off force "
