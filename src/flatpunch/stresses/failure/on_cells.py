@@ -43,9 +43,6 @@ _RIM = 2 * _FINE
 _RAYS = 720
 """Points of the rim; an eighth of them cost 6 % of the tension at the ends of contacts four times as long as wide."""
 
-_CLOSED = 1e-5
-"""Relative error at the rim of an ellipse on a half-space: that of the place between two points of the rim."""
-
 _PLACES = np.linspace(-1, 1, 27)
 """Places of the grid along x and y over its half-widths."""
 
@@ -136,10 +133,10 @@ class CellSearch:
         control = Control("depth", self._depth(size))
         return solve_ellipse(self.kernel, self.indenter, control, np.array([0.0, np.pi / 2]))
 
-    def _in_closed_form(self, judged: Judged, size: float) -> list[Event] | None:
+    def _in_closed_form(self, judged: Judged, size: float, turned: float = 0.0) -> list[Event] | None:
         """Largest stresses over strength at the rim of a contact ellipse, where a half-space has its largest tension.
 
-        None for other bodies and tips.
+        None for other bodies and tips. The points of the rim may be `turned` by a share of their distance.
         """
         exact, body = self._ellipse(size), judged.body
         if exact is None or self.kernel.exponent or body.layers or not body.base.isotropic:
@@ -147,7 +144,7 @@ class CellSearch:
         half_axes = exact.contour[0]
         peak = 3 * exact.force[0] / (2 * np.pi * half_axes.prod())
         friction = -self.friction if judged.upper else self.friction
-        phi = 2 * np.pi * np.arange(_RAYS) / _RAYS
+        phi = 2 * np.pi * (np.arange(_RAYS) + turned) / _RAYS
         stress, place = at_ellipse(half_axes, friction, SurfacePart.of(body).constants[1], phi)
         found = judged.largest(0, peak * stress[..., None, None], place[..., None, None])
         return [replace(each, rim=True) for each in found]
@@ -333,8 +330,8 @@ class CellSearch:
     def error(self, event: Event, size: float) -> float:
         """Estimated relative error of the stress: twice what cells twice as wide change, and what joining cells costs."""
         judged = body_of(self.bodies, event)
-        if event.rim and self._in_closed_form(judged, size):
-            return _CLOSED
+        if event.rim and (between := self._in_closed_form(judged, size, turned=0.5)):
+            return abs(of_kind(event.kind, between).utilisation / event.utilisation - 1)
         if event.rim and (rim := self._rim(size, _RIM // 2, _angle(event))):
             coarse = of_kind(event.kind, self._at_rim(judged, size, _RIM // 2, rim))
         else:
