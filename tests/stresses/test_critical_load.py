@@ -208,14 +208,15 @@ def test_peaks_that_are_off_by_more_than_a_hundredth_are_noted():
 @pytest.mark.parametrize("friction", [0.0, 0.2])
 def test_ring_cracks_under_tips_that_are_not_round(body, friction):
     """An ellipse that is all but round: the load of the paraboloid, which is exact, to the stated error of the stress."""
-    strength, curvature = [fp.Strength(tensile=3e9)], 1 / (2 * 50e-6)
+    strength, curvature, sharper = [fp.Strength(tensile=3e9)], 1 / (2 * 50e-6), 1e-9
     exact = fp.critical_load(body, fp.Paraboloid(50e-6), strength, friction=friction)
     found = fp.critical_load(
-        body, fp.EllipticParaboloid(curvature * (1 + 1e-9), curvature), strength, friction=friction
+        body, fp.EllipticParaboloid(curvature * (1 + sharper), curvature), strength, friction=friction
     )
     assert found.error < 0.05
-    # force grows with the cube of the radius, stress in proportion to it
-    assert found.force == pytest.approx(exact.force, rel=3 * found.error)
+    # force grows with the cube of the radius of contact, stress in proportion to it; a given stress is reached at a
+    # force that goes with the square of the radius of the tip
+    assert found.force == pytest.approx(exact.force, rel=3 * found.error + 2 * sharper)
 
 
 @pytest.mark.long
