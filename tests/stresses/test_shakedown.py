@@ -54,6 +54,40 @@ def test_least_of_the_largest_is_that_of_another_optimiser(seed):
     assert size == pytest.approx(np.sqrt(other.x[3]), rel=1e-7)
 
 
+@pytest.mark.parametrize("across", [3, 21])
+@pytest.mark.parametrize("size", [1e-9, 0.2, 1e8])
+def test_points_that_decide_alike(across, size):
+    """Fields with the symmetry of a disc, where four points and more are equal to rounding: an end, and nothing near is less."""
+    x, y = (each.ravel() for each in np.meshgrid(np.linspace(-1, 1, across), np.linspace(-1, 1, across)))
+    shape = size * np.exp(-2 * (x**2 + y**2))
+    stress = shape * np.stack([1 + x**2, 1 + y**2, np.full(x.size, 2.0), y, x, x * y])
+    least, residual = least_of_largest(stress)
+    for step in size * np.random.default_rng(1).normal(size=(50, 3)) * np.logspace(-6, -1, 50)[:, None]:
+        r = residual + step
+        assert von_mises(stress + np.array([r[0], r[1], 0, 0, 0, r[2]])[:, None]).max() >= least * (1 - 1e-12)
+
+
+@pytest.mark.long
+def test_layers_of_all_kinds():
+    """A film by constants, as a graded and as an anisotropic layer; one that softens downwards, and its eight steps."""
+    young, h, strengths = 4e11, 2e-6, [fp.Strength(yield_stress=y) for y in (8e9, 4e9)]
+    kinds = [
+        fp.Layer(young, 0.25, h),
+        fp.GradedLayer(lambda z: young + 0 * z, 0.25, h),
+        fp.TransverselyIsotropicLayer(young, young, 0.25, 0.25, young / 2.5, h),
+    ]
+    base = fp.HalfSpace(2.1e11, 0.3)
+    loads = [
+        fp.shakedown_load(fp.Medium([k], base), fp.Paraboloid(50e-6), strengths, friction=0.2).force for k in kinds
+    ]
+    assert loads == pytest.approx([loads[0]] * 3, rel=1e-6)
+    softer = fp.Medium([fp.GradedLayer(lambda z: young * (1 - 0.4 * z / h), 0.25, h)], base)
+    steps = fp.Medium([fp.Layer(young * (1 - 0.05 * (i + 0.5)), 0.25, h / 8) for i in range(8)], base)
+    graded = fp.shakedown_load(softer, fp.Paraboloid(50e-6), strengths, friction=0.2)
+    stepped = fp.shakedown_load(steps, fp.Paraboloid(50e-6), [strengths[0]] * 8 + [strengths[1]], friction=0.2)
+    assert stepped.force == pytest.approx(graded.force, rel=1e-3)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("pair", [False, True], ids=["one", "two"])
 def test_no_point_between_exceeds_the_limit_on_layers(pair):

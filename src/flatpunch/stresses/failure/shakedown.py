@@ -223,19 +223,23 @@ class _Problem:
 
 def least_of_largest(stress: Array) -> tuple[float, Array]:
     """Least, over residual stresses, of the largest von Mises stress of points, shape (6, n), and that residual stress (3,)."""
+    size = float(np.abs(stress).max())
+    if not np.isfinite(size):
+        return math.inf, np.zeros(3)
+    # of unit size, as the equations mix stresses with weights
+    stress = stress / (size or 1.0)
     xx, yy, zz, _, _, xy = stress
     slope = np.stack([2 * xx - yy - zz, 2 * yy - xx - zz, 6 * xy], axis=1)
     level = von_mises(stress) ** 2
-    if not np.isfinite(level).all():
-        return math.inf, np.zeros(3)
-    chosen = [int(np.argmax(level))]
+    chosen, before = [int(np.argmax(level))], -math.inf
     while True:
         residual, bound, chosen = _solved(slope, level, chosen)
         sizes = residual @ _METRIC @ residual + slope @ residual + level
         worst = int(np.argmax(sizes))
-        if worst in chosen or sizes[worst] <= bound * (1 + ROUNDING):
-            return math.sqrt(max(bound, 0.0)), residual
-        chosen.append(worst)
+        # each point that decides raises the bound, until rounding is larger
+        if bound <= before or sizes[worst] <= bound * (1 + ROUNDING):
+            return size * math.sqrt(max(sizes[worst], 0.0)), size * residual
+        chosen, before = [*chosen, worst], bound
 
 
 def _solved(slope: Array, level: Array, points: list[int]) -> tuple[Array, float, list[int]]:
