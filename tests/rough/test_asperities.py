@@ -97,6 +97,28 @@ def test_the_stated_error_holds(body, share, gaps):
         assert ("the error of the force is up to" in coupled.notes) == (stated > 0.01)
 
 
+@pytest.mark.long
+def test_errors_of_lower_ones_contain_those_of_their_neighbours():
+    """Each force beside a deeper contact, against cells whose own error is that of a single one at the same depth."""
+    film = fp.GradedLayer(fp.ExponentialModulus(1e6, 6.7e6, 0.75e-6), 0.45, 0.75e-6)
+    body, depth, apart, lower = fp.Medium([film], base=fp.HalfSpace(0.1e6, 0.3)), 0.22e-6, 1.76e-6, 0.08e-6
+    side, count = apart / 100, 300
+    places = np.array([(-50 * side, 0.0), (50 * side, 0.0)])
+    coupled = fp.asperities(body, BALL, places, [0.0, -lower], depth=depth)
+    x = (np.arange(count) - count / 2) * side
+    alone = np.hypot(x - places[:, :1], x[:, None, None])
+    heights = BALL.height(alone, 0 * alone) + np.array([0.0, lower])[:, None]
+    surface = fp.Topography(-heights.min(axis=1), side, periodic=False)
+    pressure = fp.rough_contact(body, surface, depth=depth, fields=True).pressure.values[0]
+    single = fp.Topography(-heights[:, 0], side, periodic=False)
+    for i, own in enumerate((pressure[:, x < 0], pressure[:, x >= 0])):
+        deep, stated = float(coupled.asperity_depth[0, i]), float(coupled.asperity_force_error[0, i])
+        of_cells = fp.rough_contact(body, single, depth=deep).force[0] / fp.indent(body, BALL, depth=deep).force[0]
+        true = abs(float(coupled.asperity_force[0, i] * of_cells) / (own.sum() * side**2) - 1)
+        assert true <= stated
+        assert stated < 10 * true
+
+
 def test_hundreds_of_touching_asperities_converge():
     """At a force on a layer that all load together; Newton's steps are exact, so that force and stiffness are."""
     rng, side = np.random.default_rng(0), np.arange(16) * 1.2 * R

@@ -173,6 +173,25 @@ def test_planes_that_do_not_enclose_the_largest_have_no_error():
     assert np.isnan(fp.rough_stresses(HALF_SPACE, contact, [1e-6, 2e-6]).von_mises_error[0])
 
 
+@pytest.mark.parametrize("side", [1, 2, 3])
+def test_errors_hold_where_the_largest_stress_of_a_patch_is_between_the_surface_and_the_next_plane(side):
+    pressure = np.zeros((48, 48))
+    pressure[20 : 20 + side, 20 : 20 + side] = 1.0
+    exact = fp.rough_stresses(HALF_SPACE, pressed(pressure), np.linspace(0, 4 * H, 40))
+    for gap in (2, 3, 4, 5, 6):
+        found = fp.rough_stresses(HALF_SPACE, pressed(pressure), gap * H * np.arange(5))
+        for name in ("von_mises", "shear"):
+            assert abs(float(found[name][0] - exact[name][0])) < float(found[f"{name}_error"][0])
+
+
+def test_largest_stresses_beside_the_surface_of_a_power_law_body_have_no_error():
+    pressure = np.zeros((48, 48))
+    pressure[20:23, 20:23] = 1.0
+    found = fp.rough_stresses(BODIES["power law"], pressed(pressure), 2 * H * np.arange(5))
+    assert found.tension_place[0, 2] == pytest.approx(2 * H)
+    assert np.isnan(found.tension_error[0])
+
+
 SLIDING = fp.Medium([fp.Layer(E, NU, 3e-6, bonded=False)], base=HALF_SPACE)
 
 

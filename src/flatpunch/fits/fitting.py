@@ -200,8 +200,8 @@ def about_thicknesses(result: FitResult, measured: Collection[str] = ()) -> tupl
                 change, low, high = (end / e.value - 1 for end in (value, e.low, e.high))
                 notes.append(
                     f"{free} changes by {change:+.1%} where {name} is {OFF:.0%} larger than the {text(number.value, 'm')} given; "
-                    f"its interval, {low:+.1%} to {high:+.1%}, takes the thickness as known. Measure it, or give it a prior "
-                    "(posterior(priors=...))."
+                    f"its interval, {low:+.1%} to {high:+.1%}, takes the thickness as known. Measure it; with a prior of "
+                    "it the posterior contains its uncertainty (posterior(priors=...), or [priors] and --posterior)."
                 )
     return tuple(notes)
 

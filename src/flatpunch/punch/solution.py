@@ -166,7 +166,21 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
     >>> print(f"{fp.flat_punch(gel, radius=1e-6).stiffness:.4g} N/m")
     0.04825 N/m
     """
-    radius = positive("radius", radius, unit="m")
+    punch = solved_punch(medium, positive("radius", radius, unit="m"))
+    if punch.lowest_pressure < 0:
+        warnings.warn(
+            f"The pressure under a flat punch of radius {text(punch.radius, 'm')} (beta = {punch.beta:.3g}) is negative "
+            "in part: a "
+            "stiff film bends away under it. Stiffness and moments are those of a punch that sticks; a real contact lifts off "
+            "there.",
+            FlatpunchWarning,
+            stacklevel=4,
+        )
+    return punch
+
+
+def solved_punch(medium: Body, radius: float) -> FlatPunch:
+    """The flat punch, also where it would have to pull: part of round contacts, which press everywhere."""
     kernel = compliance(medium)
     beta = radius / kernel.length
     if kernel.homogeneous:
@@ -178,26 +192,12 @@ def flat_punch(medium: Body, radius: float) -> FlatPunch:
     known = kernel.solution
     if known is not None and known.covers(values("beta", beta)):
         flat, edge, _ = known.round(values("beta", beta))
-        return _checked(FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0], edge_error=known.error))
+        return FlatPunch(radius, kernel.modulus, beta, flat[0], known.error, edge[0], edge_error=known.error)
     check_resolution(kernel, beta)
     terms = sufficient_terms(kernel, beta)
     responses, fewer = _solve(kernel, beta, terms, fewer_terms(kernel, beta, terms))
     error, edge_error = _errors(kernel, beta, responses, fewer)
-    punch = FlatPunch(radius, kernel.modulus, beta, responses.flat[0], error, responses.edge[0], edge_error=edge_error)
-    return _checked(punch)
-
-
-def _checked(punch: FlatPunch) -> FlatPunch:
-    if punch.lowest_pressure < 0:
-        warnings.warn(
-            f"The pressure under a flat punch of radius {text(punch.radius, 'm')} (beta = {punch.beta:.3g}) is negative "
-            "in part: a "
-            "stiff film bends away under it. Stiffness and moments are those of a punch that sticks; a real contact lifts off "
-            "there.",
-            FlatpunchWarning,
-            stacklevel=3,
-        )
-    return punch
+    return FlatPunch(radius, kernel.modulus, beta, responses.flat[0], error, responses.edge[0], edge_error=edge_error)
 
 
 def _solve(kernel: Kernel, beta: float, terms: int, fewer: int) -> tuple[Responses, Responses]:

@@ -173,12 +173,12 @@ def _dataset(
     )
     depth = np.array([step.depth for step in steps])
     gap = np.array([_gap(group.between.places, row) for row in radius])
-    # neighbours share an error of one depth, and never add to it
-    missing = stiffness * np.array([group.errors(step) for step in steps])
+    own, missing = np.moveaxis(np.array([group.errors(step) for step in steps]), 1, 0)
     total = force.sum(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        each_error = np.where(force > 0, missing / force, 0.0)
-        error = np.where(total > 0, missing.sum(axis=1) / total, 0.0)
+        each_error = np.where(force > 0, stiffness * missing / force, 0.0)
+        # neighbours take up part of the error of one depth, and never add to it
+        error = np.where(total > 0, (stiffness * own).sum(axis=1) / total, 0.0)
     converged: Flags = np.array([step.converged for step in steps])
     merged = gap < 0
     both = ("step", "asperity")

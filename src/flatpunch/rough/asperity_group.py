@@ -185,12 +185,12 @@ class Group:
         alone = float(brentq(lacks, 0.0, alone, xtol=ROUNDING * alone, rtol=_LINEAR))
         return alone - self.lower, alone + sinks()
 
-    def errors(self, pressed: Pressed) -> Array:
-        """Errors of the depths [m]: what is left out of the interactions.
+    def errors(self, pressed: Pressed) -> tuple[Array, Array]:
+        """Errors of the depths [m]: what is left out of the interactions, and with what errors of neighbours change.
 
         Twice the size of the last term of the series and of the next one, summed over the neighbours without their signs, and to
-        second order from the difference of the curvatures of the depressed surface along two directions, over
-        that of the tip. Tips that are not round act as round ones: the second term as well.
+        second order from the mean and the difference of the curvatures of the depressed surface along two directions, over
+        that of the tip, which also change the way uphill. Tips that are not round act as round ones: the second term as well.
         """
         found = np.zeros(pressed.depths.size)
         touching, at, depths, between = pressed.depths > 0, pressed.at, pressed.depths, self.between
@@ -198,17 +198,23 @@ class Group:
         # mean r^6, as if the next ratio of moments were the last one
         s6, m6 = (np.divide(by**2, of, out=np.zeros_like(of), where=touching) for by, of in ((s4, s), (m4, m)))
         loads = np.column_stack([force, force * m, force * m4, force * m6])
+        uphill = at.curved * (between.gradients(force) ** 2).sum(axis=0)
         for rows in blocks(found.size):
             # along the radius and across it: G'' and G'/r
             skew = at.curved[rows] * (np.abs(between.lap[rows] - 2 * between.pull[rows]) @ force)
+            mean = at.curved[rows] * (between.lap[rows] @ force) / 2
             lap, twice, thrice = (np.abs(each[rows]) @ loads for each in (between.lap, between.twice, between.thrice))
             a, a4 = s[rows], s4[rows]
             second = (a * lap[:, 0] + lap[:, 1]) / 4
             fourth = (a4 * twice[:, 0] + 4 * a * twice[:, 1] + twice[:, 2]) / 64
             sixth = (s6[rows] * thrice[:, 0] + 9 * a4 * thrice[:, 1] + 9 * a * thrice[:, 2] + thrice[:, 3]) / 2304
+            curved = depths[rows] * (skew**2 + mean**2) / 2 + uphill[rows] * (np.abs(mean) + skew / 2)
             not_round = ~self.round[self.kind[rows]]
-            found[rows] = 2 * (fourth + sixth) + np.where(not_round, second, 0.0) + depths[rows] * skew**2 / 2
-        return np.where(touching, found, 0.0)
+            found[rows] = 2 * (fourth + sixth) + np.where(not_round, second, 0.0) + curved
+        own = np.where(touching, found, 0.0)
+        for rows in blocks(found.size):
+            found[rows] = own[rows] + (between.g[rows] ** 2 @ (at.stiffness * own) ** 2) ** 0.5
+        return own, np.where(touching, found, 0.0)
 
 
 @dataclass(slots=True)

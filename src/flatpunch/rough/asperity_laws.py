@@ -20,7 +20,7 @@ from flatpunch.compliances import Kernel
 from flatpunch.contact.indentation import indent
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
-from flatpunch.punch import flat_punch
+from flatpunch.punch import solved_punch
 
 _DECADES, _POINTS = 6, 181
 """Depths of the curve of one asperity, downwards from the largest, and their number: cubics between them are exact to 1e-7."""
@@ -63,7 +63,7 @@ class Law:
                 "their apex. rough_contact takes flat tops."
             )
         radii = np.geomspace(a[0], a[-1], _RADII)
-        punches = [flat_punch(medium, float(radius)) for radius in radii]
+        punches = [solved_punch(medium, float(radius)) for radius in radii]
         own = [[punch.moment(k) / ((k + 1) * punch.normalized_stiffness) for punch in punches] for k in (2, 4)]
         punch = PchipInterpolator(np.log(radii), np.transpose(own))(np.log(a))
         # F m = int K s dd, K dd = dF; powers below the first depth

@@ -212,15 +212,19 @@ def _largest_of(
 
 
 def _error(planes: Sequence[tuple[Event, float]], body: Stack) -> float:
-    """That of the cells, and twice the larger difference of the largest value of a layer to the next planes."""
+    """That of the cells, and twice the larger difference of the largest value of a layer to the next two planes."""
     z, largest = (np.array(each) for each in zip(*((p.place[2], p.utilisation) for p, _ in planes), strict=True))
     i = int(np.argmax(largest))
     event, error = planes[i]
     if event.of_face:
         return error
-    if z.size < 3 or (i in {0, z.size - 1} and z[i] not in {0.0, *interfaces(body)}):
+    # stresses along a power-law surface begin with an infinite slope, so that its plane encloses none
+    beside = body.power_law and z[max(i - 1, 0)] == 0
+    if z.size < 3 or beside or (i in {0, z.size - 1} and z[i] not in {0.0, *interfaces(body)}):
         return float("nan")
-    return error + _TWICE * float(np.abs(largest[max(i - 1, 0) : i + 2] - largest[i]).max())
+    # three planes, also at a face: two may have equal values on both sides of a larger one
+    first = min(max(i - 1, 0), z.size - 3)
+    return error + _TWICE * float(np.abs(largest[first : first + 3] - largest[i]).max())
 
 
 def _summary(
