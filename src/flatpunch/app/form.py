@@ -158,12 +158,13 @@ _TAB_TABLES = {
     "fit": {"fit", "curve", "plan", "relaxation", "material", *_ADHESION},
     "correct": {"correct"},
     "coating": {"control", "stress", "vary", *_ADHESION},
+    "slip": {"control", "slip"},
     "compare": {"control", "material"},
 }
 """Parts of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
 
 _OF_TABS = set().union(*_TAB_TABLES.values()) | {"film"}
-_SINGLE = ("fit", "curve", "correct", "stress", "material")
+_SINGLE = ("fit", "curve", "correct", "stress", "slip", "material")
 """Tables whose entries are fields."""
 
 _LIMITS = ("min", "max")
