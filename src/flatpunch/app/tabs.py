@@ -121,7 +121,7 @@ print(study["critical_force"].isel(step=0))
         Tab(
             "slip",
             "slip:slip",
-            "slip:slip_file",
+            "press:press_file",
             """\
 import flatpunch as fp
 from flatpunch.files.slip import slipping

@@ -322,8 +322,8 @@ def curve_table(result: xr.Dataset) -> CurveTable:
     steps = result.sizes["step"]
     chosen = spread(steps, _ROWS)
     columns, shown = [], []
-    for name, unit in _units(result).items():
-        values = result[name].values
+    for name in _columns(result):
+        values, unit = result[name].values, result[name].attrs["units"]
         finite = np.abs(values[np.isfinite(values)])
         factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
         columns.append((name.replace("_", " "), prefixed.replace("^2", "²")))
@@ -340,21 +340,13 @@ def curve_table(result: xr.Dataset) -> CurveTable:
     return CurveTable(tuple(columns), tuple(zip(*shown, strict=True)), caption)
 
 
-def _units(result: xr.Dataset) -> dict[str, str]:
-    """Columns of the table of a result, with their units."""
+def _columns(result: xr.Dataset) -> tuple[str, ...]:
+    """Quantities in the table of a result."""
     if "stick_radius" in result:
-        return {
-            "tangential_force": "N",
-            "displacement": "m",
-            "stick_radius": "m",
-            "lateral_stiffness": "N/m",
-            "dissipated_energy": "J",
-        }
-    units = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
-    if "base_radius" in result:
-        units["base_radius"] = "m"
+        return ("tangential_force", "displacement", "stick_radius", "lateral_stiffness", "dissipated_energy")
+    names = ("depth", "force", "radius", "area", *(("base_radius",) if "base_radius" in result else ()))
     # the stiffness of a sudden step, infinite under power laws, is of no use in a history
-    return {"time": "s", **units} if "time" in result else {**units, "stiffness": "N/m"}
+    return ("time", *names) if "time" in result else (*names, "stiffness")
 
 
 def _four_digits(value: float) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Mapping
+from dataclasses import asdict
 
 from flatpunch._support.paths import Plain
-from flatpunch.app.jobs.common import case_of, explained, file_bytes, short
+from flatpunch.app.jobs.common import case_of, explained, short
 from flatpunch.app.limits import DRAWN
 from flatpunch.contact.slip.steps import loading_and_cycle
 from flatpunch.files.descriptions import curve_table
-from flatpunch.files.results import to_csv
 from flatpunch.files.slip import slipping
 
 
@@ -23,26 +23,12 @@ def slip(fields: Mapping[str, str], run: bool) -> Plain:
         result = slipping(case)
     except Exception as error:
         return explained(error, fields)
-    table = curve_table(result)
     first, cycle = loading_and_cycle(result)
     return {
         "title": case.title,
         "first": short(first),
         "cycle": short(cycle),
-        "table": {"columns": table.columns, "rows": table.rows, "caption": table.caption},
+        "table": asdict(curve_table(result)),
         "notes": str(result.attrs["notes"]).splitlines(),
         "kept": pickle.dumps((case, result)),
     }
-
-
-def slip_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
-    """Return a result as a file."""
-    from flatpunch.plots.result import figure
-
-    case, result = pickle.loads(kept)
-    return file_bytes(
-        kind,
-        lambda: result,
-        lambda: to_csv(result, outlines=False),
-        lambda: figure(result, case.medium, case.indenter, title=case.title),
-    )
