@@ -93,8 +93,8 @@ axes.set_ylabel("modulus from the frequency (GPa)")
 axes.legend()
 
 # %%
-# What the spring along the surface adds to the frequency, on the film of 50 nm: almost nothing near :math:`x = \pi`, where the mode
-# has no slope at the tip, and more the stiffer the contact.
+# What the spring along the surface adds to the frequency, on the film of 50 nm: almost nothing near :math:`x = \pi`, where the
+# mode has no slope at the tip, and more beyond, the stiffer the contact.
 print(f"no slope at {FREE * (np.pi / FIRST) ** 2 / 1e3:.1f} kHz")
 for young in (8e9, 70e9):
     normal, lateral = stiffnesses(sample(young, 50e-9))
