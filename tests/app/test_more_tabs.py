@@ -192,6 +192,7 @@ def test_problems_of_corrections_find_their_field(change, field, words):
         ({"slip.displacement": "", "slip.tangential_force": "5 N"}, "slip.tangential_force", "friction times"),
         ({"slip.displacement": "", "slip.stick_radius": "5 mm"}, "slip.stick_radius", "the radius of the contact"),
         ({"slip.stick_radius": "5 um"}, "slip", "exactly one of tangential_force, stick_radius and displacement"),
+        ({"slip.friction.x": "0.3"}, "slip.friction.x", "lies in a field that has a value of its own"),
         ({"slip.fricton": "0.3"}, "slip.fricton", "did you mean 'friction'"),
         ({"indenter.kind": "cylinder", "indenter.radius": "5 um"}, "", "has a flat end"),
         ({"layers.0.bonded": "false"}, "", "slides without friction"),

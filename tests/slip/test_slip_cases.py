@@ -166,6 +166,11 @@ def test_other_commands_leave_the_table_to_this_one(tmp_path):
     assert plain.output == with_slip.output
 
 
+def test_studies_refuse_what_changes_no_normal_contact(tmp_path):
+    with pytest.raises(ValueError, match=r"slip\.friction changes no normal contact"):
+        fp.sweep(written(tmp_path, CASE + "[slip]\nfriction = 0.3\n"), {"slip.friction": "0.1,0.2"}, workers=1)
+
+
 @pytest.mark.long
 def test_the_command_prints_and_writes(tmp_path):
     (source,) = (path for path in shipped_cases() if path.stem == "sphere_fretting_on_coating")

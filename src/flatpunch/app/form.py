@@ -292,6 +292,8 @@ def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> Plain:
         table = found
         for step in above:
             table = table.setdefault(step, {})
+            if not isinstance(table, dict):
+                raise FormError(f"{field} lies in a field that has a value of its own; leave one of them out.", field)
         table[name] = _marked(field, fields, fitted)
     return {} if found.get("kind") == _TWO_BODIES else found
 
