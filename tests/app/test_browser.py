@@ -180,7 +180,7 @@ def test_keyboard_changes_a_value_and_solves(visit):
 
 def test_nothing_is_cut_off_on_a_phone(visit):
     window = solved(visit(width=390))
-    for tab in ("press", "fit", "correct", "coating", "compare"):
+    for tab in ("press", "fit", "correct", "coating", "slip", "compare"):
         window.click(f"#tab-{tab}")
         assert window.evaluate("document.documentElement.scrollWidth") == 390, tab
         fields = window.eval_on_selector_all(
@@ -317,7 +317,7 @@ def test_compare_and_every_tab_by_keyboard(visit):
     photo(window, "compare")
     window.set_viewport_size({"width": 800, "height": 900})
     window.focus("#tab-compare")
-    for name in ("press", "fit", "correct", "coating", "compare"):
+    for name in ("press", "fit", "correct", "coating", "slip", "compare"):
         window.keyboard.press("ArrowRight")
         assert window.evaluate("document.activeElement.id") == f"tab-{name}"
         assert window.get_attribute(f"#tab-{name}", "aria-selected") == "true"

@@ -1,4 +1,4 @@
-"""The tabs *Correct*, *Coating* and *Compare formulas* without a browser: the numbers and files of the command line."""
+"""The tabs *Correct*, *Coating*, *Slip* and *Compare formulas* without a browser: the numbers and files of the command line."""
 
 import json
 import runpy
@@ -13,6 +13,7 @@ import flatpunch as fp
 from flatpunch.app.form import address_of, case_data, case_text, fields_of, form_of
 from flatpunch.app.jobs.coating import QUANTITIES, coating
 from flatpunch.app.jobs.formulas import correct_modulus
+from flatpunch.app.jobs.slip import slip
 from flatpunch.app.page import start
 from flatpunch.app.tabs import TABS
 from flatpunch.cli.app import app
@@ -34,6 +35,7 @@ def coat(**more):
 
 GEL = form("fit/thin_gel", **{"control.quantity": "depth", "control.values": '["50 nm", "300 nm", "600 nm"]'})
 COAT = coat()
+SLIP = form("sphere_fretting_on_coating", **{"control.points": "2", "slip.displacement": '["50 nm", "120 nm", "1 um"]'})
 MAP = coat(**{"map": "on", "vary.layers.0.thickness": "1 um:9 um:3:log", "control.points": "2"})
 
 
@@ -45,8 +47,9 @@ MAP = coat(**{"map": "on", "vary.layers.0.thickness": "1 um:9 um:3:log", "contro
         ("compare", GEL, ["compare"]),
         ("coating", COAT, ["stress"]),
         ("coating", MAP, ["sweep", "--fresh"]),
+        ("slip", SLIP, ["slip"]),
     ],
-    ids=["correct", "compare", "stresses", "map"],
+    ids=["correct", "compare", "stresses", "map", "slip"],
 )
 def test_files_are_those_of_the_command_line(ask, tmp_path, monkeypatch, capsys, tab, fields, command):
     """From the case file that the page saves: CSV byte for byte, NetCDF value for value, and the Python lines."""
@@ -170,6 +173,52 @@ def test_problems_of_coatings_find_their_field(change, field, words):
 def test_problems_of_corrections_find_their_field(change, field, words):
     problems = correct_modulus({name: text for name, text in (GEL | change).items() if text}, True)["problems"]
     assert any(problem["field"] == field and words in problem["text"] for problem in problems), problems
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "words"),
+    [
+        ({"slip.friction": ""}, "slip.friction", "is missing"),
+        ({"slip.friction": "-1"}, "slip.friction", "must be finite and > 0"),
+        ({"slip.friction": "0.3 N"}, "slip.friction", "plain number"),
+        ({"slip.friction": "nan"}, "slip.friction", "plain number"),
+        ({"slip.friction": "[0.1, 0.2]"}, "slip.friction", "plain number"),
+        ({"slip.friction": "{" * 40}, "slip.friction", "plain number"),
+        ({"slip.displacement": "5 N"}, "slip.displacement", "dimension of a force"),
+        ({"slip.displacement": '["5 nm", "-1 nm"]'}, "slip.displacement", "must be"),
+        ({"slip.displacement": "{ start = 1 }"}, "slip.displacement", "has no unit"),
+        ({"slip.displacement": '{ start = "0 m", stop = "1 um", points = 999999999 }'}, "slip.displacement", "points"),
+        ({"slip.displacement": "[" * 40 + "]" * 40}, "slip.displacement", "does not start with a number"),
+        ({"slip.displacement": "", "slip.tangential_force": "5 N"}, "slip.tangential_force", "friction times"),
+        ({"slip.displacement": "", "slip.stick_radius": "5 mm"}, "slip.stick_radius", "the radius of the contact"),
+        ({"slip.stick_radius": "5 um"}, "slip", "exactly one of tangential_force, stick_radius and displacement"),
+        ({"slip.friction.x": "0.3"}, "slip.friction.x", "lies in a field that has a value of its own"),
+        ({"slip.fricton": "0.3"}, "slip.fricton", "did you mean 'friction'"),
+        ({"indenter.kind": "cylinder", "indenter.radius": "5 um"}, "", "has a flat end"),
+        ({"layers.0.bonded": "false"}, "", "slides without friction"),
+        ({"control.quantity": "history"}, "", "[control]"),
+        ({"control.start": "-1 N"}, "control.start", "must be"),
+        ({"more": "[slip]\nfriction = 0.2"}, "more", "has fields of its own"),
+    ],
+)
+def test_problems_of_slip_find_their_field(change, field, words):
+    fields = {name: text for name, text in (SLIP | change).items() if text}
+    problems = slip(fields, True)["problems"]
+    assert any(problem["field"].startswith(field) and words in problem["text"] for problem in problems), problems
+
+
+def test_slip_is_shown_as_the_command_line_prints_it(ask):
+    shown = ask.solve("slip", SLIP)
+    case = fp.read_case(EXAMPLES / "sphere_fretting_on_coating.toml")
+    moved = [50e-9, 120e-9, 1e-6]
+    pulled = fp.partial_slip(case.medium, case.indenter, friction=0.4, force=5.0, displacement=moved)
+    np.testing.assert_allclose(shown["first"], [[0, *moved], [0, *pulled.tangential_force.values]], rtol=1e-4)
+    assert len(shown["table"]["rows"]) == 3
+    # to and fro between both ends
+    ends = np.array(shown["cycle"])[:, [0, 3, 4, 7]]
+    np.testing.assert_allclose(ends, np.array(shown["first"])[:, [-1]] * [1, -1, -1, 1], rtol=1e-4)
+    many = SLIP | {"slip.displacement": '{ start = "0 nm", stop = "100 nm", points = 401 }'}
+    assert "401" not in ask.solve("slip", many, run=False)["long"]
 
 
 @pytest.mark.long

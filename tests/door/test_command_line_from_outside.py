@@ -234,7 +234,7 @@ def test_a_folder_for_a_case_file_is_called_a_folder(tmp_path):
     refused(run("solve", tmp_path), "it is a folder, not a file")
 
 
-@pytest.mark.parametrize("command", ["solve", "stress", "compare", "design"])
+@pytest.mark.parametrize("command", ["solve", "stress", "slip", "compare", "design"])
 @pytest.mark.parametrize(
     ("table", "words"),
     [

@@ -36,6 +36,7 @@ FILES = {
     "solve.toml": BODY + PROFILE + DEPTHS,
     "ball.toml": BODY + 'indenter = { kind = "sphere", radius = "5 um" }\n' + DEPTHS,
     "map.toml": BODY + 'indenter = { kind = "height-map", file = "scan.npz" }\n' + DEPTHS,
+    "slip.toml": BODY + PROFILE + DEPTHS + "[slip]\nfriction = 0.3\n",
     "rough.toml": BODY + '[surface]\nkind = "file"\nfile = "scan.npz"\n[control]\npressure = "10 Pa"\n',
     "design.toml": BODY
     + PROFILE
@@ -49,6 +50,7 @@ FILES = {
 CALLS = {
     **{name: [(["solve.toml"], ["solve.toml", "tip.csv"])] for name in ("solve", "show-tip", "show-medium", "stress")},
     "sweep": [(["solve.toml", "--vary", "layers.0.young=1kPa,2kPa"], ["solve.toml", "tip.csv"])],
+    "slip": [(["slip.toml"], ["slip.toml", "tip.csv"])],
     "rough": [(["rough.toml"], ["rough.toml", "scan.npz"])],
     "design": [(["design.toml"], ["design.toml", "tip.csv"])],
     "compare": [(["ball.toml"], ["ball.toml"])],
@@ -304,6 +306,7 @@ FAILING = [
     ("solve", ["ball.toml", "-o", "x.nc", "--csv", "y.csv"]),
     ("sweep", ["ball.toml", "--vary", "layers.0.young=1kPa,2kPa", "-o", "x.nc", "--csv", "y.csv", "--plot", "z.png"]),
     ("stress", ["ball.toml", "-o", "x.nc", "--csv", "y.csv"]),
+    ("slip", ["slip.toml", "-o", "y.csv", "--plot", "z.png"]),
     ("compare", ["ball.toml", "-o", "y.csv", "--plot", "z.png"]),
     ("fit", ["curve.csv", "fit.toml", "-o", "y.csv", "--plot", "z.png"]),
     ("fit", ["folder", "fit.toml", "-o", "y.csv", "--plot", "z.png"]),

@@ -158,12 +158,13 @@ _TAB_TABLES = {
     "fit": {"fit", "curve", "plan", "relaxation", "material", *_ADHESION},
     "correct": {"correct"},
     "coating": {"control", "stress", "vary", *_ADHESION},
+    "slip": {"control", "slip"},
     "compare": {"control", "material"},
 }
 """Parts of a case file beside the sample that a tab reads; the others belong to other tabs and are left out."""
 
 _OF_TABS = set().union(*_TAB_TABLES.values()) | {"film"}
-_SINGLE = ("fit", "curve", "correct", "stress", "material")
+_SINGLE = ("fit", "curve", "correct", "stress", "slip", "material")
 """Tables whose entries are fields."""
 
 _LIMITS = ("min", "max")
@@ -291,6 +292,8 @@ def _table(fields: Mapping[str, str], prefix: str, fitted: bool) -> Plain:
         table = found
         for step in above:
             table = table.setdefault(step, {})
+            if not isinstance(table, dict):
+                raise FormError(f"{field} lies in a field that has a value of its own; leave one of them out.", field)
         table[name] = _marked(field, fields, fitted)
     return {} if found.get("kind") == _TWO_BODIES else found
 

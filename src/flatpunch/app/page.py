@@ -34,7 +34,7 @@ from flatpunch.app.workers import Job, Workers
 from flatpunch.files import CaseError, shipped_cases
 from flatpunch.files.cases import LARGEST, parsed
 
-_ALSO = {"correct": "correct", "coating": "stress", "compare": "afm_pyramid_on_gel"}
+_ALSO = {"correct": "correct", "coating": "stress", "slip": "slip", "compare": "afm_pyramid_on_gel"}
 """Tabs for which a shipped case is an example too, by a table that it has or by its name."""
 
 _TYPES = {

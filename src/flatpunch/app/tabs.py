@@ -119,6 +119,19 @@ print(study["critical_force"].isel(step=0))
             },
         ),
         Tab(
+            "slip",
+            "slip:slip",
+            "press:press_file",
+            """\
+import flatpunch as fp
+from flatpunch.files.slip import slipping
+
+found = slipping(fp.read_case("{stem}.toml"))
+fp.save(found, "{stem}.nc")
+print(found["dissipated_energy"].values.max())
+""",
+        ),
+        Tab(
             "compare",
             "formulas:compare",
             "formulas:compare_file",

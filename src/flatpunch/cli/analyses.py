@@ -1,7 +1,7 @@
-"""Commands that solve a case for more than its curve: `flatpunch stress`, `rough` and `design`.
+"""Commands that solve a case for more than its curve: `flatpunch stress`, `slip`, `rough` and `design`.
 
-Fields of the last step of a case and its first failure; contact of a rough surface, or of asperities; and numbers of a case that
-give a prescribed contact or the largest load.
+Fields of the last step of a case and its first failure; partial slip at that step; contact of a rough surface, or of asperities;
+and numbers of a case that give a prescribed contact or the largest load.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from flatpunch.cli.terminal import (
     NetCDFOption,
     Output,
     PlotOption,
+    ResultOption,
     StyleOption,
     command,
     drawn,
@@ -90,6 +91,31 @@ def _print_stress(case: Case, found: Stresses) -> None:
     for line in load_lines(found.loads) if found.loads is not None else ():
         say(line)
     say_notes(str(attrs.get("notes", "")).splitlines())
+
+
+@command("slip")
+def slip(case: CaseFile, output: ResultOption = None, plot: PlotOption = None, style: StyleOption = "screen") -> None:
+    """Pull the pressed tip of a case along the surface: it sticks in the middle and slips around.
+
+    A table [bold]slip[/bold] of the case file gives the friction and, if wanted, tangential forces, displacements or stick radii;
+    the normal force is that of the last step. The picture shows the first loading and the cycle of the largest displacement.
+    """
+    from flatpunch.files import read_case, save
+    from flatpunch.files.descriptions import curve_table
+    from flatpunch.files.slip import slipping
+
+    read = read_case(case)
+    with progress(read.title or "Slip", 1) as step:
+        step("solving")
+        result = slipping(read)
+    shown = curve_table(result)
+    headings = [f"{name} {unit}".replace(" ", "\n") for name, unit in shown.columns]
+    say_table(read.title, headings, shown.rows, shown.caption)
+    say_notes(str(result.attrs["notes"]).splitlines())
+    write_all(
+        (output, lambda path: save(result, path)),
+        (plot, drawn("plots.result:figure", result, read.medium, read.indenter, title=read.title, style=style)),
+    )
 
 
 _SURFACE = {

@@ -66,7 +66,7 @@ def page(
     ] = "127.0.0.1",
     browser: Annotated[bool, typer.Option(help="Whether to open the page in the browser.")] = True,
 ) -> None:
-    """Open a page in the browser: press, fit, correct a reported modulus, coatings, compare formulas.
+    """Open a page in the browser: press, fit, correct a reported modulus, coatings, slip, compare formulas.
 
     The page runs on this machine, and no data leaves it; Ctrl-C ends it. Nothing is written but what you save.
     """

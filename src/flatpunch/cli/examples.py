@@ -50,6 +50,10 @@ EXAMPLES: dict[str, tuple[str, str]] = {
         "flatpunch stress demo-results/knee_insert_sliding_on_tray.toml --plot knee.png",
         "flatpunch stress demo-results/hard_coating_on_steel.toml -o coating.nc --csv coating.csv",
     ),
+    "slip": (
+        "flatpunch slip demo-results/sphere_fretting_on_coating.toml",
+        "flatpunch slip demo-results/sphere_fretting_on_coating.toml -o fretting.csv --plot fretting.png",
+    ),
     "rough": (
         "flatpunch rough demo-results/rough/rough_carbon_on_steel.toml --plot carbon.png",
         "flatpunch rough demo-results/rough/beads_on_gel.toml -o beads.nc --plot beads.png",

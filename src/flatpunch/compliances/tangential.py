@@ -51,7 +51,7 @@ class TangentialResponse:
 def tangential_response(medium: Body) -> TangentialResponse:
     """Response of a body; ValueError where nothing holds its surface."""
     body = underlying(medium)
-    _check_held(body)
+    check_held(body)
     kernel = replace(compliance(body), solution=None)
     if kernel.homogeneous or kernel.exponent:
         k = np.ones(1) / (1.0 if kernel.homogeneous else kernel.length)
@@ -119,7 +119,8 @@ def _last(body: Body, kernel: Kernel) -> float:
     return max(found)
 
 
-def _check_held(body: Body) -> None:
+def check_held(body: Body) -> None:
+    """Refuse bodies with a layer that slides without friction."""
     for part in body.elastic:
         for layer in part.layers:
             if not layer.face:

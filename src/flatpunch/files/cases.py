@@ -15,6 +15,7 @@ from flatpunch._support.messages import brief
 from flatpunch._support.paths import Plain
 from flatpunch._support.readable import readable
 from flatpunch._support.reading import Unreadable, as_path, shown_path, text_content
+from flatpunch.compliances.tangential import check_held
 from flatpunch.contact import METHODS, Method, method_of
 from flatpunch.contact.curve import control_from
 from flatpunch.contact.default import adhesive_method
@@ -23,16 +24,18 @@ from flatpunch.contact.histories import check_free_layer
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.receding import depths_held_down
 from flatpunch.contact.result import check_outlines
+from flatpunch.contact.slip.steps import check_tip
 from flatpunch.contact.viscoelastic import check_each, check_medium
 from flatpunch.files.tables.design import DesignCase, DesignTable
 from flatpunch.files.tables.fields import CaseError, Count, Length, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import CaseRelaxationTable, MaterialTable, RelaxationTable, SampleTable
+from flatpunch.files.tables.slip import SlipTable
 from flatpunch.files.tables.steps import ControlTable, HistoryTable
 from flatpunch.files.tables.stress import StressCase, StressTable
 from flatpunch.files.units import decimal_point
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body
+from flatpunch.media import Body, underlying
 
 DEEPEST = 30
 """Brackets within brackets, and parts of a dotted key; case files have four."""
@@ -89,6 +92,8 @@ class Case:
         Times of a history [s].
     stress : StressCase or None
         Points, friction and strengths for stresses at the last step.
+    slip : dict or None
+        Friction, and what is prescribed along the surface, as arguments of `partial_slip` at the last step.
     design : DesignCase or None
         What a design varies and what for.
     source : tuple of Path and str, or None
@@ -117,6 +122,7 @@ class Case:
     physics: Physics = ELASTIC
     time: Array | None = None
     stress: StressCase | None = None
+    slip: Plain | None = None
     design: DesignCase | None = None
     source: tuple[Path, str] | None = field(default=None, repr=False, compare=False)
 
@@ -144,13 +150,14 @@ class ContactTable(SampleTable):
     relaxation: RelaxationTable | None = None
     material: MaterialTable | None = None
     stress: StressTable | None = None
+    slip: SlipTable | None = None
     design: DesignTable | None = None
     vary: dict[str, str] = Field(default={})  # read by `sweep`, together with the rest of the file
 
     @property
     def physics(self) -> Physics:
         """What acts beside elasticity."""
-        for name in ("history", "stress", "design"):
+        for name in ("history", "stress", "slip", "design"):
             if self.material is not None and getattr(self, name) is not None:
                 raise ValueError(f"[material] finite_strain does not go with {name}; leave one of them out.")
         return Physics(
@@ -178,8 +185,11 @@ class CaseTable(ContactTable):
         self._check_what_is_prescribed()
         physics = self.physics
         if medium.free:
-            others = {"stress": self.stress, "design": self.design, **physics.given}
+            others = {"stress": self.stress, "slip": self.slip, "design": self.design, **physics.given}
             check_free_layer(self.indenter.built, None if self.method is None else method_of(self.method), others)
+        if self.slip is not None:
+            check_held(underlying(medium))
+            check_tip(self.indenter.built)
         if self.history is not None:
             return self._history(medium, physics, self.history)
         control, steps = self._steps()
@@ -203,6 +213,7 @@ class CaseTable(ContactTable):
             self.angles,
             physics,
             stress=stress,
+            slip=None if self.slip is None else self.slip.built,
             design=None if self.design is None else self.design.case(medium, indenter, stress),
         )
 
@@ -231,6 +242,11 @@ class CaseTable(ContactTable):
             )
         if self.history is not None and self.stress is not None:
             raise ValueError("[stress] and [history] do not go together: stresses are those of an elastic contact.")
+        if self.slip is not None and (self.history is not None or self.work_of_adhesion is not None):
+            lone = "work_of_adhesion" if self.history is None else "[history]"
+            raise ValueError(
+                f"[slip] and {lone} do not go together: slip is that of elastic contacts without adhesion."
+            )
         if self.history is not None and self.design is not None:
             raise ValueError("[design] and [history] do not go together: designs are those of elastic contacts.")
 

@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from flatpunch._support.checks import Array, Indices
+from flatpunch._support.paths import Plain
 from flatpunch._support.readable import quantity_of, unit_of
 from flatpunch.bem import Grid, required_bytes
 from flatpunch.bem.curves import DEFAULT_CELLS
@@ -106,6 +107,8 @@ def describe(case: Case) -> Iterator[str]:
     yield f"Takes     {takes(memory, seconds)}{stresses}"
     if case.design is not None:
         yield f"Design    {_design(case, case.design, seconds)}"
+    if case.slip is not None:
+        yield f"Slip      friction {case.slip['friction']:g}, {_slip(case.slip)}"
     if case.stress is not None:
         asked = sum(strength != Strength() for strength in case.stress.strengths + case.stress.upper_strengths)
         yield f"Stress    friction {case.stress.friction:g}, strengths of {asked} layer{'' if asked == 1 else 's'}"
@@ -276,9 +279,14 @@ def _value(value: object, unit: str) -> str:
     return quantity_of(value, unit)
 
 
+def _slip(given: Plain) -> str:
+    named = [control_words(name, steps) for name, steps in given.items() if name != "friction"]
+    return f"at the last step, {named[0] if named else 'from full stick until the contact slides'}"
+
+
 def control_words(control: str, values: Array) -> str:
     """The quantity that is given and its steps [Pa], [N] or [m], in words."""
-    unit = {"pressure": "Pa", "force": "N"}.get(control, "m")
+    unit = {"pressure": "Pa", "force": "N", "tangential_force": "N"}.get(control, "m")
     first, last = values[0], values[-1]
     if values.size == 1:
         return f"{control} {text(first, unit)}"
@@ -310,30 +318,35 @@ def spread(size: int, most: int) -> Indices:
 
 
 def curve_table(result: xr.Dataset) -> CurveTable:
-    """Return evenly chosen steps of what `indent` returned."""
+    """Return evenly chosen steps of what `indent` or `partial_slip` returned."""
     steps = result.sizes["step"]
     chosen = spread(steps, _ROWS)
-    units = {"depth": "m", "force": "N", "radius": "m", "area": "m^2"}
-    if "base_radius" in result:
-        units["base_radius"] = "m"
-    # the stiffness of a sudden step, infinite under power laws, is of no use in a history
-    units = {"time": "s", **units} if "time" in result else {**units, "stiffness": "N/m"}
     columns, shown = [], []
-    for name, unit in units.items():
-        values = result[name].values
+    for name in _columns(result):
+        values, unit = result[name].values, result[name].attrs["units"]
         finite = np.abs(values[np.isfinite(values)])
         factor, prefixed = readable(float(finite.max()) if finite.size else 0.0, unit)
         columns.append((name.replace("_", " "), prefixed.replace("^2", "²")))
         shown.append([_four_digits(values[i] * factor) for i in chosen])
-    if "force_error" in result and result.attrs["method_reason"] != EXACT:
-        columns.append(("force error", "%"))
-        shown.append([f"{100 * error:.2g}" for error in result["force_error"].values[chosen]])
+    error = "error" if "stick_radius" in result else "force_error"
+    if error in result and result.attrs.get("method_reason") != EXACT:
+        columns.append((error.replace("_", " "), "%"))
+        shown.append([f"{100 * each:.2g}" for each in result[error].values[chosen]])
     valid = result["valid"].values
     if not valid.all():
         columns.append(("theory", "holds"))
         shown.append(["yes" if valid[i] else "no" for i in chosen])
     caption = f"{len(chosen)} of {steps} steps, {_solved_by(result)}"
     return CurveTable(tuple(columns), tuple(zip(*shown, strict=True)), caption)
+
+
+def _columns(result: xr.Dataset) -> tuple[str, ...]:
+    """Quantities in the table of a result."""
+    if "stick_radius" in result:
+        return ("tangential_force", "displacement", "stick_radius", "lateral_stiffness", "dissipated_energy")
+    names = ("depth", "force", "radius", "area", *(("base_radius",) if "base_radius" in result else ()))
+    # the stiffness of a sudden step, infinite under power laws, is of no use in a history
+    return ("time", *names) if "time" in result else (*names, "stiffness")
 
 
 def _four_digits(value: float) -> str:
@@ -345,7 +358,10 @@ def _four_digits(value: float) -> str:
 
 
 def _solved_by(result: xr.Dataset) -> str:
-    """The method, unless it is exact whatever its name."""
+    """The method, unless it is exact whatever its name; of partial slip the normal contact."""
+    if "stick_radius" in result:
+        force, radius = (text(float(result[name].values[-1]), unit) for name, unit in (("force", "N"), ("radius", "m")))
+        return f"friction {result.attrs['friction']:g}, normal force {force}, contact radius {radius}"
     return EXACT if result.attrs["method_reason"] == EXACT else f"method {result.attrs['method']}"
 
 

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from flatpunch._support.checks import Array
 from flatpunch._support.paths import Plain
 from flatpunch.contact import adhesion_loop
+from flatpunch.contact.slip.steps import loading_and_cycle
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.numerics.extents import ROOM
@@ -87,20 +88,17 @@ _MARKS = {"jump_in": "o", "pull_off": "s", "outwards": "^", "inwards": "v"}
 
 def slip_loop(result: xr.Dataset, axes: Axes) -> Axes:
     """Draw the first loading of `partial_slip` through its steps, and the cycle of its largest displacement."""
-    order = np.argsort(result["displacement"].values, kind="stable")
-    moved, pulled = (result[name].values[order] for name in ("displacement", "tangential_force"))
-    (by_place, place_unit), (by_force, force_unit) = scale_of(moved, "m"), scale_of(pulled, "N")
-    first = np.append(0.0, moved) * by_place, np.append(0.0, pulled) * by_force
-    # a cycle follows the first loading, twice as large (Masing)
-    back = [each[-1] - 2 * each for each in first]
-    cycle = [np.concatenate([each, -each]) for each in back]
+    loading, repeated = loading_and_cycle(result)
+    (by_place, place_unit), (by_force, force_unit) = scale_of(loading[0], "m"), scale_of(loading[1], "N")
+    scale = np.array([[by_place], [by_force]])
+    first, cycle = loading * scale, repeated * scale
     axes.fill(*cycle, color=_WITHDRAWAL, alpha=SHADE, linewidth=0)
     axes.plot(*cycle, color=_WITHDRAWAL, label="cycle")
     axes.plot(*first, color=_APPROACH, label="first loading")
     axes.axhline(0, color="black", linewidth=THIN)
     axes.set_xlabel(f"displacement along the surface ({place_unit})")
     axes.set_ylabel(f"tangential force $T$ ({force_unit})")
-    lost = float(result["dissipated_energy"].values[order[-1]])
+    lost = float(result["dissipated_energy"].max())
     axes.set_title(f"Friction {result.attrs['friction']:g}: {plain(lost, 'J')} lost in a cycle")
     axes.legend(loc="upper left")
     return axes

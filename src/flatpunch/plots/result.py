@@ -234,9 +234,13 @@ def figure(
 ) -> Figure:
     """Return force-depth curve, outline and pressure map, and the modulus over depth of graded bodies, side by side on a screen.
 
-    Adhesive contacts get the loop of approach and withdrawal, histories force and depth over time instead.
+    Adhesive contacts get the loop of approach and withdrawal instead, partial slip its cycle, histories both over time.
     """
     with styled(style) as chosen:
+        if "stick_radius" in result:
+            drawn, (only,) = panels(chosen, 1, title=title)
+            slip_loop(result, only)
+            return drawn
         if "relaxation" in result.attrs:
             return history_figure(result, indenter, chosen, title=title)
         if "work_of_adhesion" in result.attrs:

@@ -98,6 +98,12 @@ def _axis(path: str, spec: object, there: Mapping[str, object]) -> Axis:
     path = dotted(path)
     if path not in there:
         raise BadValue(path, "", _unknown(path, there))
+    if path.startswith("slip."):
+        raise BadValue(
+            path,
+            "",
+            "changes no normal contact, which is all that a study solves. Solve each value with `flatpunch slip`.",
+        )
     current = there[path]
     dimension = dimension_of(current)
     found, log = _range(path, spec, current, dimension) or (_listed(path, spec, current, dimension), False)

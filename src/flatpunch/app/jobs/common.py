@@ -31,7 +31,7 @@ CALLED = Path("case.toml")
 """What messages call the case file of the page."""
 
 _FIELD = re.compile(
-    r"(?:layers\.\d+|base)\.(?:stress\.)?[a-z_]+|vary\..+|(?:indenter|control|fit|curve|correct|stress)\.[A-Za-z_]+"
+    r"(?:layers\.\d+|base)\.(?:stress\.)?[a-z_]+|vary\..+|(?:indenter|control|fit|curve|correct|stress|slip)\.[A-Za-z_]+"
 )
 """Names of fields of the page; those that are empty are not in the form."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import warnings
 from collections.abc import Mapping
+from dataclasses import asdict
 
 import numpy as np
 import xarray as xr
@@ -101,7 +102,7 @@ def _solved(case: Case) -> Plain:
         **shown(case, result),
         "notes": list(dict.fromkeys(notes)),
         "leaving": leaving,
-        "kept": pickle.dumps(result),
+        "kept": pickle.dumps((case, result)),
     }
 
 
@@ -122,7 +123,6 @@ def shown(case: Case, result: xr.Dataset) -> Plain:
     )
     curve = {name: plain(result[name].values[chosen]) for name in names if name in result}
     around = np.arange(0, result.sizes["phi"], max(1, result.sizes["phi"] // DRAWN.around))
-    table = curve_table(result)
     last = int(np.argmax(np.nan_to_num(result["radius"].values)))
     return {
         "title": case.title,
@@ -134,7 +134,7 @@ def shown(case: Case, result: xr.Dataset) -> Plain:
         "round": bool(case.indenter.round),
         "phi": short(result["phi"].values[around]),
         "contour": short(outlines(result)[np.ix_(chosen, around)]),
-        "table": {"columns": table.columns, "rows": table.rows, "caption": table.caption},
+        "table": asdict(curve_table(result)),
         "sketch": sketch(
             case.medium, case.indenter, float(result["radius"].values[last]), float(result["depth"].values[last])
         ),
@@ -144,7 +144,7 @@ def shown(case: Case, result: xr.Dataset) -> Plain:
 def pressure_map(fields: Mapping[str, str], kept: bytes, step: int) -> Plain:
     """Return the pressure under a contact as a map, and along x; `step` is one of those that the page draws."""
     try:
-        case, result = case_of(fields), pickle.loads(kept)
+        case, result = pickle.loads(kept)
         chosen = spread(result.sizes["step"], DRAWN.steps)
         at = int(chosen[min(max(step, 0), chosen.size - 1)])
         if "relaxation" in result.attrs:
@@ -182,10 +182,10 @@ def _pressure(case: Case, result: xr.Dataset, at: int, half: float) -> Plain:
 
 
 def press_file(fields: Mapping[str, str], kept: bytes, kind: str) -> bytes:
-    """Return a result as a file."""
+    """Return a result, that of the tab *Slip* too, as a file."""
     from flatpunch.plots.result import figure
 
-    case, result = case_of(fields), pickle.loads(kept)
+    case, result = pickle.loads(kept)
     return file_bytes(
         kind,
         lambda: result,

@@ -126,7 +126,7 @@ def partial_slip(
     check_indenter(indenter)
     mu = positive("friction", friction, "It is the coefficient of friction.", unit="1")
     count = whole("places", places, 0, "It is the number of radii at which tractions are returned.", most=STEPS)
-    _check_tip(indenter)
+    check_tip(indenter)
     quantity, wanted = _prescribed(
         tangential_force=tangential_force, stick_radius=stick_radius, displacement=displacement
     )
@@ -155,6 +155,16 @@ def partial_slip(
     return _result(medium, indenter, mu, curve, row, found, sound, tractions, rho, notes)
 
 
+def loading_and_cycle(result: xr.Dataset) -> tuple[Array, Array]:
+    """Displacements [m] and tangential forces [N] of the first loading, and of the cycle of its largest displacement."""
+    order = np.argsort(result["displacement"].values, kind="stable")
+    columns = [result[name].values[order] for name in ("displacement", "tangential_force")]
+    first = np.concatenate([np.zeros((2, 1)), columns], axis=1)
+    # a cycle follows the first loading, twice as large (Masing)
+    back = first[:, -1:] - 2 * first
+    return first, np.concatenate([back, -back], axis=1)
+
+
 def _check_size(kernel: Kernel, radius: Array) -> None:
     """Refuse contacts so wide that a layer is a skin."""
     largest = float(radius.max())
@@ -165,7 +175,8 @@ def _check_size(kernel: Kernel, radius: Array) -> None:
         )
 
 
-def _check_tip(indenter: Indenter) -> None:
+def check_tip(indenter: Indenter) -> None:
+    """Refuse tips that are not round or have a flat end."""
     if indenter.flat:
         raise ValueError(
             f"indenter = {type(indenter).__name__} has a flat end, which sticks as a whole until it slides: it has no partial "
