@@ -23,8 +23,8 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
+from flatpunch.compliances.faces import passed_across, stiffened, yielding, yielding_across
 from flatpunch.compliances.layered import SATURATION, depth_functions, states_below
-from flatpunch.compliances.response import yielding
 from flatpunch.compliances.stack import Decay, attenuation, interfaces, plane_at
 from flatpunch.compliances.transverse import Sheet, Solid, divided, flexibility_of, inverse, system_of
 from flatpunch.media import AnyLayer, Interface, Stack
@@ -119,6 +119,12 @@ class _Part:
     across: Array = field(default_factory=lambda: np.zeros(0))
     raised: Array = field(default_factory=lambda: np.zeros(0))
     lifted: Array = field(default_factory=lambda: np.zeros(0))
+    passed: Array = field(default_factory=lambda: np.zeros(0))
+    passed_across: Array = field(default_factory=lambda: np.zeros(0))
+
+    def below(self, traction: Array, sideways: Array) -> tuple[Array, Array]:
+        """Tractions below a membrane on the lower face from those above it, shapes (2, loads, nk) and (nk,)."""
+        return np.einsum("ijn,jkn->ikn", self.passed, traction), self.passed_across * sideways
 
 
 def _parts(medium: Stack, k: Array, z: Array, layer: Indices, count: int, scale: float) -> list[_Part]:
@@ -190,9 +196,11 @@ def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: fl
     else:
         flexibility, transverse = _own_flexibility(base, k.size)
     for part in reversed(parts):
+        part.passed = stiffened(part.face.membrane, flexibility, k, scale)[1]
+        part.passed_across = passed_across(part.face.membrane, transverse, k, scale)
         flexibility = yielding(part.face, flexibility, k, scale)
         if part.face:
-            transverse = transverse - scale * part.face.softness[0] * k
+            transverse = yielding_across(part.face, transverse, k, scale)
         part.states, part.across = _admitted(bool(part.face), flexibility, transverse)
         if part.solid is not None:
             part.sheet = Sheet(part.solid, part.thickness, k, part.states, part.across)
@@ -296,7 +304,7 @@ def _sweep_down(
             down = np.append(np.clip(z[part.depths] - part.top, 0.0, part.thickness), part.thickness)
             y, w = part.sheet.at(down, traction), part.sheet.at_across(down, sideways)
             states[..., part.depths], across[..., part.depths] = y[..., :-1], w[..., :-1]
-            traction, sideways = y[2:, ..., -1], w[1, ..., -1]
+            traction, sideways = part.below(y[2:, ..., -1], w[1, ..., -1])
             continue
         raised, lifted = part.raised, part.lifted
         amplitude = np.einsum("ijn,jkn->ikn", inverse(raised[2:]), traction)
@@ -316,7 +324,7 @@ def _sweep_down(
             across[..., part.depths[upper]] = (lifted * wave)[..., None]
             states[..., part.depths[~upper]] = end[..., None]
             across[..., part.depths[~upper]] = end_across[..., None]
-        traction, sideways = end[2:], end_across[1]
+        traction, sideways = part.below(end[2:], end_across[1])
     if base is not None and below.size:
         top = parts[-1].top + parts[-1].thickness if parts else 0.0
         states[..., below], across[..., below] = _in_base(base, k, z[below] - top, traction, sideways)

@@ -26,7 +26,6 @@ from flatpunch.compliances.response import (
     long_wave_power,
     saturation,
     smallest_and_largest_modulus,
-    spring_moduli,
 )
 from flatpunch.media import Body, PunchSolution, Stack, TabulatedMedium, TwoBodies, underlying
 from flatpunch.media.material import PowerLaw
@@ -213,12 +212,9 @@ def _stack(medium: Stack) -> Kernel:
     if len(medium.layers) > 4:
         return _tabulated_stack(medium)
     length = medium.length
-    moduli = [layer.surface_modulus for layer in medium.layers]
-    if not medium.base.rigid:
-        moduli.append(medium.base.surface_modulus)
-    moduli += spring_moduli(medium)
+    smallest, largest = smallest_and_largest_modulus(medium)
     # below this kappa even the longest length of the stack, thickness times modulus ratio, is short
-    floor = 1e-3 * (length / medium.thickness) * (min(moduli) / max(moduli))
+    floor = 1e-3 * (length / medium.thickness) * (smallest / largest)
     return Kernel(
         modulus=medium.surface_modulus,
         length=length,

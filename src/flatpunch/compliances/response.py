@@ -20,10 +20,11 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
+from flatpunch.compliances.faces import yielding, yielding_across
 from flatpunch.compliances.graded import TOLERANCE, carry_through_graded
 from flatpunch.compliances.layered import SATURATION, Depths, carry, half_space_flexibility, states_below
 from flatpunch.compliances.transverse import Sheet, Solid
-from flatpunch.media import AnyLayer, Body, Interface, Material, Stack
+from flatpunch.media import AnyLayer, Body, Material, Stack
 from flatpunch.media.plane import Plane, contact_modulus
 
 
@@ -79,18 +80,6 @@ def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
     return flexibility
 
 
-def yielding(face: Interface, below: Array, k: Array, scale: float) -> Array:
-    """Flexibility of what lies below a layer with that of the springs of its lower face, if there are any."""
-    along, across = face.softness
-    if not across and (not along or not face):
-        return below
-    below = below.copy()
-    if face:
-        below[0, 0] -= scale * along * k
-    below[1, 1] -= scale * across * k
-    return below
-
-
 def long_wave_power(medium: Stack) -> int:
     """p of L ~ k^p at long waves: 0 on an elastic base, 3 if all is incompressible and sticks to a rigid one, else 1."""
     if not medium.base.rigid:
@@ -107,7 +96,11 @@ def _incompressible(layer: AnyLayer) -> bool:
 
 
 def smallest_and_largest_modulus(medium: Stack) -> tuple[float, float]:
-    """Range of the plane-strain modulus over all layers and the base [Pa]."""
+    """Range of the plane-strain modulus over all layers, the base and the interfaces [Pa].
+
+    Springs count as their stiffness times the thickness of all layers, membranes by the distance over which they spread a load,
+    which over that thickness is the ratio of both moduli.
+    """
     found = []
     for part in medium.layers:
         if part.varies:
@@ -117,14 +110,11 @@ def smallest_and_largest_modulus(medium: Stack) -> tuple[float, float]:
             found.append(part.surface_modulus)
     if not medium.base.rigid:
         found.append(medium.base.surface_modulus)
-    found += spring_moduli(medium)
-    return min(found), max(found)
-
-
-def spring_moduli(medium: Stack) -> list[float]:
-    """Stiffnesses of the interfaces times the thickness of all layers [Pa]."""
-    springs = (value for layer in medium.layers for value in (layer.face.normal, layer.face.shear) if value)
-    return [medium.thickness * value for value in springs]
+    faces = [layer.face for layer in medium.layers]
+    found += [medium.thickness * value for face in faces for value in (face.normal, face.shear) if value]
+    least = min(found)
+    reach = max((face.membrane.reach(least) for face in faces if face.membrane), default=0.0)
+    return least, max(*found, least * reach / medium.thickness)
 
 
 def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
@@ -160,7 +150,7 @@ def _across(medium: Stack, k: Array) -> Array:
     for layer in reversed(medium.layers):
         slides = not layer.face
         if not slides:
-            w = w - layer.face.softness[0] * k
+            w = yielding_across(layer.face, w, k, 1.0)
         w = _through_graded(layer, w, k, slides) if layer.varies else _through(layer, w, k, slides)
     return w
 

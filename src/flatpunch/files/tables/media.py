@@ -28,6 +28,7 @@ from flatpunch.media import (
     FreeLayer,
     Interface,
     Medium,
+    Membrane,
     Prony,
     Stack,
     StandardLinearSolid,
@@ -156,6 +157,7 @@ class LayerTable(Made):
         "bonded": (Annotated[Switch, Field(title="Lower face")], True),
         "lifts_off": (Switch | None, None),
         **{f"interface_{name}": field for name, field in fields_of([Interface]).items()},
+        **{f"membrane_{name}": field for name, field in fields_of([Membrane], may=arguments(Membrane)).items()},
     }
     laws: ClassVar[dict[str, Any]] = OF_UNITS
 
@@ -170,15 +172,20 @@ class LayerTable(Made):
         return layer
 
     def _lower_face(self) -> bool | Interface:
-        springs = {name: self.value(f"interface_{name}") for name in ("normal", "shear")}
-        if all(each is None for each in springs.values()):
+        springs, membrane = (
+            {name: value for name in arguments(made) if (value := self.value(f"{of}_{name}")) is not None}
+            for of, made in (("interface", Interface), ("membrane", Membrane))
+        )
+        if not springs and not membrane:
             return bool(self.value("bonded"))
-        if not self.value("bonded"):
+        if springs and not self.value("bonded"):
             raise ValueError(
                 "interface_normal and interface_shear are springs of a bonded face; leave bonded out. interface_shear = '0 Pa/m' "
                 "slides."
             )
-        return Interface(**springs)
+        if not self.value("bonded"):
+            springs = {"shear": 0.0}
+        return Interface(**springs, membrane=Membrane(**membrane) if membrane else None)
 
 
 LAYER_KINDS = functools.partial(kinds_in, "layers", {"": LayerTable})

@@ -16,7 +16,17 @@ from flatpunch._support.readable import readable
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, Interface, Material, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
+from flatpunch.media import (
+    Body,
+    Interface,
+    Material,
+    Membrane,
+    PowerLawRelaxation,
+    Prony,
+    Relaxation,
+    StandardLinearSolid,
+    paths,
+)
 from flatpunch.media.paths import groups
 from flatpunch.sensitivities.parameters import parameters
 
@@ -92,7 +102,7 @@ def smooth(number: Place) -> bool:
     """Whether a force is smooth in a number that is no group, at all values that its declaration allows."""
     owner = number.owner
     if not isinstance(owner, Material) or owner.varies or owner.power_law:
-        return isinstance(owner, Interface)
+        return isinstance(owner, (Interface, Membrane))
     return not owner.anisotropic or number.number.unit == "m"
 
 
