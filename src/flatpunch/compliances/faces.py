@@ -37,7 +37,7 @@ def yielding_across(face: Interface, below: Array, k: Array, scale: float) -> Ar
 
 def stiffened(membrane: Membrane | None, below: Array, k: Array, scale: float) -> tuple[Array, Array]:
     """Flexibility of what lies below with a membrane on it, and tractions below per those above it; shape (2, 2, n) each."""
-    if membrane is None:
+    if not membrane:
         return below, np.broadcast_to(np.eye(2)[:, :, None], below.shape)
     a, _, n = membrane.stiffness(k) / (k * scale)
     (p, q), (_, s) = below
@@ -47,4 +47,4 @@ def stiffened(membrane: Membrane | None, below: Array, k: Array, scale: float) -
 
 def passed_across(membrane: Membrane | None, below: Array, k: Array, scale: float) -> Array:
     """Traction across the wave below a membrane per that above it, shape (n,)."""
-    return np.ones_like(k) if membrane is None else 1 / (1 - membrane.stiffness(k)[1] / (k * scale) * below)
+    return 1 / (1 - membrane.stiffness(k)[1] / (k * scale) * below) if membrane else np.ones_like(k)

@@ -20,7 +20,7 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
-from flatpunch.compliances.faces import yielding, yielding_across
+from flatpunch.compliances.faces import passed_across, stiffened, yielding, yielding_across
 from flatpunch.compliances.graded import TOLERANCE, carry_through_graded
 from flatpunch.compliances.layered import SATURATION, Depths, carry, half_space_flexibility, states_below
 from flatpunch.compliances.transverse import Sheet, Solid
@@ -34,11 +34,10 @@ def layered_response(medium: Stack, k: Array) -> Array:
     Of homogeneous layers the relative error is below 1e-12 for 1e-4 <= kh <= 50 (tests compare with multiprecision). A ValueError
     says that the constants of a graded layer leave their ranges between the depths at which it was checked.
     """
-    if not medium.layers:
-        return np.ones_like(k)
-    top = medium.layers[0]
+    top = medium.parts[0]
     response = np.ones_like(k)
-    inside = np.full(k.shape, True) if top.varies else k * top.thickness < saturation(top)
+    whole = top.varies or bool(medium.membrane)
+    inside = np.full(k.shape, whole) if whole or not medium.layers else k * top.extent < saturation(top)
     if inside.any():
         scale = top.rigidity
         flexibility = stack_flexibility(medium, k[inside], scale)
@@ -46,7 +45,7 @@ def layered_response(medium: Stack, k: Array) -> Array:
     return response
 
 
-def saturation(top: AnyLayer) -> float:
+def saturation(top: Material) -> float:
     """k h from which a surface layer hides what lies below it."""
     return SATURATION / Solid.of(top, 1.0).slowest if top.anisotropic and not top.varies else SATURATION
 
@@ -56,7 +55,7 @@ def stack_flexibility(medium: Stack, k: Array, scale: float) -> Array:
     order = np.argsort(k)
     flexibility = np.empty((2, 2, k.size))
     flexibility[..., order] = _sorted_flexibility(medium, k[order], scale)
-    return flexibility
+    return stiffened(medium.membrane, flexibility, k, scale)[0]
 
 
 def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
@@ -112,9 +111,9 @@ def smallest_and_largest_modulus(medium: Stack) -> tuple[float, float]:
         found.append(medium.base.surface_modulus)
     faces = [layer.face for layer in medium.layers]
     found += [medium.thickness * value for face in faces for value in (face.normal, face.shear) if value]
-    least = min(found)
-    reach = max((face.membrane.reach(least) for face in faces if face.membrane), default=0.0)
-    return least, max(*found, least * reach / medium.thickness)
+    least, membranes = min(found), [medium.membrane, *(face.membrane for face in faces)]
+    reach = max(each.reach(least) if each else 0.0 for each in membranes)
+    return least, max(*found, least * reach / (medium.thickness or reach or 1.0))
 
 
 def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
@@ -134,8 +133,6 @@ def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
     across : ndarray, shape (n,)
         k u_t per s_tz [1/Pa].
     """
-    if not body.layers:
-        return half_space_flexibility(body.base, 1.0, k.shape), _across(body, k)
     scale = body.surface_modulus
     return stack_flexibility(body, k, scale) / scale, _across(body, k)
 
@@ -152,7 +149,7 @@ def _across(medium: Stack, k: Array) -> Array:
         if not slides:
             w = yielding_across(layer.face, w, k, 1.0)
         w = _through_graded(layer, w, k, slides) if layer.varies else _through(layer, w, k, slides)
-    return w
+    return w * passed_across(medium.membrane, w, k, 1.0)
 
 
 def _through(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:

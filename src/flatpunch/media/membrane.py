@@ -16,7 +16,7 @@ from flatpunch._support.readable import readable
 @readable
 @dataclass(frozen=True, slots=True)
 class Membrane(Checked):
-    """Membrane in an interface: the cortex of a cell, graphene, the surface tension of a soft gel.
+    """Membrane in an interface or on a surface: the cortex of a cell, graphene, the surface tension of a soft gel.
 
     It moves with the face on which it lies, and the traction jumps across it by what it takes to bend, tilt and stretch it. An
     isotropic film of thickness t is a membrane with stretching = E t/(1 - nu^2), shear = E t/(2 (1 + nu)) and
@@ -40,7 +40,7 @@ class Membrane(Checked):
 
     See Also
     --------
-    Interface : Takes one.
+    Interface, Medium : Take one.
 
     Examples
     --------
@@ -55,6 +55,10 @@ class Membrane(Checked):
     stretching: Annotated[float, a_tension("stretching stiffness of the membrane")] = 0.0
     shear: Annotated[float, a_tension("shear stiffness of the membrane")] = 0.0
     bending: Annotated[float, a_bending_stiffness("bending stiffness of the membrane")] = 0.0
+
+    def __bool__(self) -> bool:
+        """Whether it carries anything."""
+        return any((self.tension, self.stretching, self.shear, self.bending))
 
     def stiffness(self, k: Array) -> Array:
         """Jump of the tractions along a wave, across it and normal to the face per displacement [Pa/m]; shape (3, n)."""

@@ -13,6 +13,7 @@ import numpy as np
 from flatpunch._support.checks import TINY, instance, shown
 from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
 from flatpunch._support.readable import readable
+from flatpunch.compliances.kernel import check_no_membrane
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.indenters.profile import Indenter, check_indenter
@@ -191,6 +192,7 @@ class Sample:
     def __post_init__(self) -> None:
         instance("medium", self.medium, (Body,), "a body, such as HalfSpace or Medium")
         check_indenter(self.indenter)
+        check_no_membrane(self.medium)
         instance("physics", self.physics, (Physics,), "a Physics")
         if self.adhesive and self.indenter.flat:
             raise ValueError(
