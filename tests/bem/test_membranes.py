@@ -85,6 +85,7 @@ def test_waves_below_the_surface():
         np.testing.assert_allclose(c, np.conj(np.swapaxes(c, -1, -2)), rtol=0, atol=1e-12 * np.abs(c).max())
 
 
+@pytest.mark.long
 def test_tense_surface_below_a_thin_layer():
     """A layer of thickness h above the membrane takes a share h^2 of the force: the exact method comes to the cells."""
     cells = fp.indent(TENSE, TIP, depth=0.1)
@@ -145,6 +146,7 @@ def test_rough_surface_pressed_flat():
         assert fp.full_contact(medium, surface).rms_pressure == pytest.approx(amplitude / np.sqrt(2), rel=1e-6)
 
 
+@pytest.mark.long
 def test_two_bodies_and_gradings():
     """Compliances of two surfaces add up; a graded top is the one that many layers approach."""
     pair = fp.TwoBodies(upper=TENSE, lower=fp.HalfSpace(2.0, 0.3))
@@ -155,7 +157,7 @@ def test_two_bodies_and_gradings():
     assert both.limit == pytest.approx(both.modulus / fp.HalfSpace(2.0, 0.3).surface_modulus)
     graded = fp.Medium([fp.GradedLayer(fp.LinearModulus(1.0, 3.0, 1.0), 0.4, 1.0)], GEL, TENSE.membrane)
     plain = fp.Medium(graded.layers, GEL)
-    k = np.geomspace(0.01, 100, 20)
+    k = np.geomspace(0.01, 100, 8)
     normal, own = fp.compliance(plain)(k), fp.compliance(graded, membrane=True)(k)
     # without in-plane stiffness the membrane is a stiffness in parallel
     np.testing.assert_allclose(1 / own, 1 / normal + 0.5 * k**2, rtol=1e-9)
