@@ -257,8 +257,8 @@ def test_derivatives_against_differences():
     assert {each.kind for each in wanted if each.part == 0} == {
         *film.numbers,
         "thickness",
-        "normal spring",
-        "shear spring",
+        "bonded.normal",
+        "bonded.shear",
     }
     found = by_medium(medium, kernel, Spectrum(k, np.eye(3), kernel(k)), wanted)
     for each, slope in zip(wanted, found.T, strict=True):

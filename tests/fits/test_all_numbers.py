@@ -25,6 +25,17 @@ MEDIA = {
     "half-space": BASE,
     "layer": fp.Medium([fp.Layer(5e3, 0.45, UM)], base=fp.RigidBase()),
     "springs": fp.Medium([fp.Layer(5e3, 0.4, UM, bonded=fp.Interface(normal=1e10, shear=1e10))], base=BASE),
+    "membrane": fp.Medium(
+        [
+            fp.Layer(
+                5e3,
+                0.4,
+                UM / 4,
+                bonded=fp.Interface(membrane=fp.Membrane(tension=5e-3, stretching=2e-2, bending=1e-15)),
+            )
+        ],
+        base=BASE,
+    ),
     "two layers": fp.Medium([fp.Layer(5e3, 0.45, UM / 2), fp.Layer(2e4, 0.3, UM / 2, bonded=False)], base=BASE),
     "anisotropic half-space": fp.TransverselyIsotropicHalfSpace(1e4, 2e4, 0.3, 0.2, 5e3),
     "anisotropic layer": fp.Medium([fp.TransverselyIsotropicLayer(1e4, 2e4, 0.3, 0.2, 5e3, UM)], base=BASE),

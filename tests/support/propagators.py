@@ -64,6 +64,17 @@ def up(matrix, x, states):
     return mp.expm(-matrix * mp.mpf(x), method="taylor") * states
 
 
+def stiffened(layer, below, k):
+    """Flexibility of what lies below the springs of a lower face, with the membrane on it."""
+    membrane = getattr(layer.bonded, "membrane", None)
+    if membrane is None:
+        return below, mp.eye(below.rows)
+    tension, along, across, bend = (mp.mpf(getattr(membrane, n)) for n in ("tension", "stretching", "shear", "bending"))
+    own = [across * k] if below.rows == 1 else [along * k, tension * k + bend * k**3]
+    passed = (mp.eye(below.rows) - mp.diag(own) * below) ** -1
+    return below * passed, passed
+
+
 def admitted(layer, below, k):
     """States that the lower face of a layer admits."""
     shear, normal = 0, 0
@@ -87,8 +98,10 @@ def wave(medium, k, z, layer, load):
         k = mp.mpf(float(k))
         elastic = not isinstance(medium.base, fp.RigidBase)
         below = half_space(systems(medium.base)[which]) if elastic else mp.zeros(len(load))
-        faces, lifted = [], []
+        faces, lifted, passed = [], [], []
         for each in reversed(medium.layers):
+            below, jump = stiffened(each, below, k)
+            passed.insert(0, jump)
             faces.insert(0, admitted(each, below, k))
             lifted.insert(0, up(systems(each)[which], k * mp.mpf(each.thickness), faces[0]))
             below = flexibility(lifted[0])
@@ -99,7 +112,7 @@ def wave(medium, k, z, layer, load):
                 height = top + mp.mpf(each.thickness) - mp.mpf(float(z))
                 found = up(systems(each)[which], k * height, faces[i]) * amplitude
                 return np.array([float(value) for value in found])
-            traction = split(faces[i])[1] * amplitude
+            traction = passed[i] * split(faces[i])[1] * amplitude
             top += mp.mpf(each.thickness)
         state = mp.matrix([*(half_space(systems(medium.base)[which]) * traction), *traction])
         found = up(systems(medium.base)[which], -k * (mp.mpf(float(z)) - top), state)
@@ -115,13 +128,17 @@ def random_material(rng):
     return young, young / ratio, nu, nu_axial, young * 10 ** rng.uniform(-2, 1)
 
 
-def random_stack(rng, springs=False):
+def random_stack(rng, springs=False, membranes=False):
     """One to five layers, isotropic ones among them, a fifth sliding, on all kinds of bases."""
     layers = []
     for _ in range(rng.integers(1, 6)):
         thickness, bonded = 10 ** rng.uniform(-1, 1), bool(rng.random() < 0.8)
         if springs:
             bonded = [bonded, fp.Interface(*(10 ** rng.uniform(-3, 3, 2))), fp.Interface(1.0, 0.0)][rng.integers(0, 3)]
+        if membranes:
+            attached = [{}, {"shear": 0.0}, {"normal": 10 ** rng.uniform(-3, 3)}][rng.integers(0, 3)]
+            own = 10 ** rng.uniform(-3, 3, 4) * (rng.random(4) < 0.6)
+            bonded = fp.Interface(**attached, membrane=fp.Membrane(*own))
         if rng.random() < 0.7:
             layers.append(fp.TransverselyIsotropicLayer(*random_material(rng), thickness, bonded))
         else:

@@ -62,6 +62,7 @@ CALLS = {
         },
     ),
     "Interface": (fp.Interface, {"normal": 5e9, "shear": 2e9}),
+    "Membrane": (fp.Membrane, {"tension": 1e-3, "stretching": 0.1, "shear": 0.05, "bending": 1e-19}),
     "PowerLawHalfSpace": (fp.PowerLawHalfSpace, {"modulus": 5e3, "depth": 1e-6, "exponent": 0.3, "poisson": 0.3}),
     "LinearModulus": (fp.LinearModulus, {"top": 1e3, "bottom": 2e3, "thickness": 1e-6}),
     "ExponentialModulus": (fp.ExponentialModulus, {"top": 1e3, "bottom": 2e3, "thickness": 1e-6}),

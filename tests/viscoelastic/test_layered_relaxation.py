@@ -47,7 +47,7 @@ def test_springs_of_interfaces():
     for springs, curve in found.items():
         elastic = fp.indent(film(0.3, springs), TIP, depth=depth[-1:])
         assert float(curve.force[-1]) == pytest.approx(float(elastic.force[0]), rel=1e-3)
-    assert "springs of the interfaces relax" in found[0.3].attrs["notes"]
+    assert "springs and membranes of the interfaces relax" in found[0.3].attrs["notes"]
     assert "springs" not in found[1.0].attrs["notes"]
     assert "springs" not in fp.indent(GEL, TIP, depth=depth, time=time, relaxation=PSI).attrs["notes"]
 

@@ -167,6 +167,16 @@ def a_stiffness(what: str, **more: Any) -> Number:
     return Number(what, "Pa/m", **{"above": 0.0, "example": "20 GPa/um", **more})
 
 
+def a_tension(what: str, **more: Any) -> Number:
+    """A force per length of a membrane >= 0 [N/m]."""
+    return Number(what, "N/m", **{"least": 0.0, "example": "1 mN/m", **more})
+
+
+def a_bending_stiffness(what: str, **more: Any) -> Number:
+    """A bending stiffness of a membrane >= 0 [J]."""
+    return Number(what, "J", **{"least": 0.0, "example": "0.1 aJ", **more})
+
+
 def a_curvature(what: str, **more: Any) -> Number:
     """A curvature > 0 [1/m]."""
     return Number(what, "1/m", **{"above": 0.0, "example": "0.05 1/um", **more})

@@ -23,11 +23,11 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
+from flatpunch.compliances.faces import passed_across, stiffened, yielding, yielding_across
 from flatpunch.compliances.layered import SATURATION, depth_functions, states_below
-from flatpunch.compliances.response import yielding
 from flatpunch.compliances.stack import Decay, attenuation, interfaces, plane_at
 from flatpunch.compliances.transverse import Sheet, Solid, divided, flexibility_of, inverse, system_of
-from flatpunch.media import AnyLayer, Interface, Stack
+from flatpunch.media import AnyLayer, Interface, Membrane, Stack
 from flatpunch.media.plane import Plane, exponents, over
 
 _CHANGE = 0.2
@@ -72,9 +72,10 @@ def waves_at(medium: Stack, k: Array, z: Array, layer: Indices, *, shear: bool =
         parts = _parts(medium, k[here], z, layer, end, scale)
         base = medium.parts[end] if end < len(medium.layers) else medium.base
         elastic = None if base.rigid else over(scale, base.plane)
-        _sweep_up(parts, elastic, k[here], scale)
+        surface = _sweep_up(parts, elastic, k[here], scale)
+        passed = _passed(medium.membrane, *surface, k[here], scale)
         below = np.flatnonzero(layer == end)
-        states[:, :, here], across[:, here] = _sweep_down(parts, elastic, k[here], z, below, shear)
+        states[:, :, here], across[:, here] = _sweep_down(parts, elastic, k[here], z, below, shear, passed)
     return named_waves(states, across, plane_at(medium, z, layer), scale)
 
 
@@ -98,6 +99,10 @@ def decaying_waves(plane: Plane[float], k: Array, z: Array, *, shear: bool) -> W
     return named_waves(states, across, Plane(*(np.full(z.size, each) for each in plane)), scale)
 
 
+Passed = tuple[Array, Array]
+"""Tractions below a membrane per those above it: along the wave (2, 2, nk), and across it (nk,)."""
+
+
 @dataclass
 class _Part:
     """A homogeneous layer, or one step through a graded one, and what the sweep up leaves there."""
@@ -119,6 +124,12 @@ class _Part:
     across: Array = field(default_factory=lambda: np.zeros(0))
     raised: Array = field(default_factory=lambda: np.zeros(0))
     lifted: Array = field(default_factory=lambda: np.zeros(0))
+    passed: Passed = (np.zeros(0), np.zeros(0))
+
+
+def _below(passed: Passed, traction: Array, sideways: Array) -> tuple[Array, Array]:
+    """Tractions below a membrane, shapes (2, loads, nk) and (nk,), from those above it."""
+    return np.einsum("ijn,jkn->ikn", passed[0], traction), passed[1] * sideways
 
 
 def _parts(medium: Stack, k: Array, z: Array, layer: Indices, count: int, scale: float) -> list[_Part]:
@@ -183,16 +194,24 @@ def _variation(body: AnyLayer) -> tuple[Array, Array]:
     return depths, np.append(0.0, np.cumsum(np.max(changes, axis=0)))
 
 
-def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: float) -> None:
-    """Give each part the states that its lower face admits: sagittal (4, 2, nk), transverse (2, nk)."""
+def _passed(membrane: Membrane | None, below: Array, across: Array, k: Array, scale: float) -> Passed:
+    return stiffened(membrane, below, k, scale)[1], passed_across(membrane, across, k, scale)
+
+
+def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: float) -> tuple[Array, Array]:
+    """Give each part the states that its lower face admits: sagittal (4, 2, nk), transverse (2, nk).
+
+    Returns the flexibilities at the surface.
+    """
     if base is None:
         flexibility, transverse = np.zeros((2, 2, k.size)), np.zeros(k.size)
     else:
         flexibility, transverse = _own_flexibility(base, k.size)
     for part in reversed(parts):
+        part.passed = _passed(part.face.membrane, flexibility, transverse, k, scale)
         flexibility = yielding(part.face, flexibility, k, scale)
         if part.face:
-            transverse = transverse - scale * part.face.softness[0] * k
+            transverse = yielding_across(part.face, transverse, k, scale)
         part.states, part.across = _admitted(bool(part.face), flexibility, transverse)
         if part.solid is not None:
             part.sheet = Sheet(part.solid, part.thickness, k, part.states, part.across)
@@ -208,6 +227,7 @@ def _sweep_up(parts: list[_Part], base: Plane[float] | None, k: Array, scale: fl
         )
         flexibility, transverse = divided(part.raised[:2], part.raised[2:]), part.lifted[0] / part.lifted[1]
         flexibility[:, :, hidden], transverse[hidden] = own[:, :, hidden], own_across[hidden]
+    return flexibility, transverse
 
 
 def _hidden(part: _Part, k: Array) -> Flags:
@@ -281,7 +301,13 @@ def _times(matrix: Array, states: Array) -> Array:
 
 
 def _sweep_down(
-    parts: list[_Part], base: Plane[float] | None, k: Array, z: Array, below: Indices, shear: bool
+    parts: list[_Part],
+    base: Plane[float] | None,
+    k: Array,
+    z: Array,
+    below: Indices,
+    shear: bool,
+    passed: Passed | None = None,
 ) -> tuple[Array, Array]:
     """States at all depths from the tractions that the loads have at the surface."""
     # notation: columns are the two loads, s_zz = -1 and s_lz = 1
@@ -290,13 +316,15 @@ def _sweep_down(
     traction[1, 0] = -1
     traction[0, 1:] = 1
     sideways = np.ones(k.size)
+    if passed is not None:
+        traction, sideways = _below(passed, traction, sideways)
     states, across = np.zeros((4, loads, k.size, z.size)), np.zeros((2, k.size, z.size))
     for part in parts:
         if part.sheet is not None:
             down = np.append(np.clip(z[part.depths] - part.top, 0.0, part.thickness), part.thickness)
             y, w = part.sheet.at(down, traction), part.sheet.at_across(down, sideways)
             states[..., part.depths], across[..., part.depths] = y[..., :-1], w[..., :-1]
-            traction, sideways = y[2:, ..., -1], w[1, ..., -1]
+            traction, sideways = _below(part.passed, y[2:, ..., -1], w[1, ..., -1])
             continue
         raised, lifted = part.raised, part.lifted
         amplitude = np.einsum("ijn,jkn->ikn", inverse(raised[2:]), traction)
@@ -316,7 +344,7 @@ def _sweep_down(
             across[..., part.depths[upper]] = (lifted * wave)[..., None]
             states[..., part.depths[~upper]] = end[..., None]
             across[..., part.depths[~upper]] = end_across[..., None]
-        traction, sideways = end[2:], end_across[1]
+        traction, sideways = _below(part.passed, end[2:], end_across[1])
     if base is not None and below.size:
         top = parts[-1].top + parts[-1].thickness if parts else 0.0
         states[..., below], across[..., below] = _in_base(base, k, z[below] - top, traction, sideways)

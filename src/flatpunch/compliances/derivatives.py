@@ -17,6 +17,7 @@ See (T15.2) to (T15.4).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,7 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.compliances.depth import waves_at
 from flatpunch.compliances.layered import constants_of, sagittal_system
-from flatpunch.compliances.stack import Decay, plane_at
+from flatpunch.compliances.stack import Decay, interfaces, plane_at
 from flatpunch.compliances.transverse import flexibility_of, system_of
 from flatpunch.media import AnyLayer, Base, Interface, Material, Stack
 from flatpunch.media.plane import N, Plane, exponent_slopes, exponents
@@ -41,7 +42,7 @@ class PartDerivatives:
         Depths below the layer's top at which its constants count [m]: Gauss points of a graded layer, else the top alone.
     constants : dict of str to ndarray, shape (nz, nk)
         Change of C(k) by each elastic constant, the others fixed, at each depth: "young" and "poisson" of isotropic parts
-        [m/Pa^2], [m/Pa]; "normal spring" and "shear spring" of the lower face.
+        [m/Pa^2], [m/Pa]; those of the lower face by their path, "bonded.normal", "bonded.membrane.tension".
     thickness : ndarray, shape (nk,)
         Derivative by the thickness, what lies below moving down [1/Pa]; zero for a base.
     """
@@ -75,6 +76,8 @@ def compliance_derivatives(body: Stack, k: Array) -> list[PartDerivatives]:
         start += own.size
     for part, layer, end in zip(found, layers, np.cumsum([own.size for own, _ in rules]), strict=True):
         part.constants.update(_of_springs(layer.face, waves[2:, :, end - 1]))
+    for i, displacement in _membranes(body, k):
+        found[i].constants.update(_of_membrane(displacement, k))
     if not base.rigid:
         found.append(_of_base(base, waves[..., -1], k))
     return found
@@ -125,10 +128,25 @@ def _of_sheet(layer: AnyLayer, weights: Array, states: Array) -> PartDerivatives
 
 def _of_springs(springs: Interface, traction: Array) -> dict[str, Array]:
     """dC = s^2 d(1/stiffness) for the tractions (2, nk) at the interface."""
-    stiffness = {"shear spring": springs.shear, "normal spring": springs.normal}
+    stiffness = {"bonded.shear": springs.shear, "bonded.normal": springs.normal}
     return {
         name: -((s / value) ** 2)[None] for s, (name, value) in zip(traction, stiffness.items(), strict=True) if value
     }
+
+
+def _membranes(body: Stack, k: Array) -> Iterator[tuple[int, Array]]:
+    """Layers with a membrane on their lower faces, and its displacements (k u_l, k u_z): those of the face below it."""
+    found = [i for i, layer in enumerate(body.layers) if layer.face.membrane]
+    faces, owner = interfaces(body)[found], np.array(found, dtype=np.intp)
+    moved = waves_at(body, k, faces, owner + 1, shear=False).normal[:2] if found else np.zeros((2, k.size, 0))
+    yield from zip(found, np.moveaxis(moved, -1, 0), strict=True)
+
+
+def _of_membrane(moved: Array, k: Array) -> dict[str, Array]:
+    """dC = -u^2 d(stiffness): shear stiffness carries nothing under normal loads."""
+    stretched, tilted = -(moved**2)
+    slopes = {"tension": tilted, "stretching": stretched, "shear": 0 * tilted, "bending": k**2 * tilted}
+    return {f"bonded.membrane.{name}": slope[None] for name, slope in slopes.items()}
 
 
 def _of_base(base: Base, state: Array, k: Array) -> PartDerivatives:

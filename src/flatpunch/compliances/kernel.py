@@ -26,9 +26,9 @@ from flatpunch.compliances.response import (
     long_wave_power,
     saturation,
     smallest_and_largest_modulus,
-    spring_moduli,
 )
-from flatpunch.media import Body, PunchSolution, Stack, TabulatedMedium, TwoBodies, underlying
+from flatpunch.compliances.transverse import flexibility_of
+from flatpunch.media import Body, Membrane, PunchSolution, Stack, TabulatedMedium, TwoBodies, underlying
 from flatpunch.media.material import PowerLaw
 
 
@@ -53,6 +53,8 @@ class Kernel:
         kappa below which L is smooth on the scale of kappa itself.
     exponent : float
         L ~ kappa^exponent at short waves; not 0 only for power-law half-spaces.
+    limit : float
+        L at short waves: 1, or 0 under a membrane on the surface with tension or bending stiffness, which takes no flat punches.
     series : SmoothResponse or None
         Under a graded surface layer: L - 1 as series, with derivatives, precise at all wavenumbers.
     solution : PunchSolution or None
@@ -77,6 +79,7 @@ class Kernel:
     cutoff: float = SATURATION
     floor: float = 1e-3
     exponent: float = 0.0
+    limit: float = 1.0
     series: SmoothResponse | None = None
     solution: PunchSolution | None = None
 
@@ -100,10 +103,10 @@ class Kernel:
         return self.series is not None
 
     def remainder(self, kappa: Array) -> Array:
-        """L - 1 at kappa = k l."""
+        """L at kappa = k l less its limit at short waves."""
         if self.series is not None:
             return np.asarray(self.series.derivatives(kappa, 0)[0])
-        return self.response(kappa) - 1.0
+        return self.response(kappa) - self.limit
 
     def __call__(self, k: float | Array) -> Array:
         """Compliance C(k) = u(k)/p(k).
@@ -123,18 +126,26 @@ class Kernel:
         return np.asarray(2 * self.response(kappa) / (self.modulus * k))
 
 
-def compliance(medium: Body) -> Kernel:
+def compliance(medium: Body, *, membrane: bool = False) -> Kernel:
     """Surface compliance of a medium.
 
     Parameters
     ----------
     medium : HalfSpace, TransverselyIsotropicHalfSpace, Medium, PowerLawHalfSpace, TwoBodies or TabulatedMedium
         The body; equal media share one kernel and with it every solution already computed.
+    membrane : bool
+        Whether the medium may have a membrane on its surface. C(k) then falls faster than 1/k, and a flat punch has a force along
+        its rim: boundary elements and rough contacts alone take such a kernel.
 
     Returns
     -------
     Kernel
         Callable: C(k) [m/Pa] at wavenumbers k [1/m].
+
+    Raises
+    ------
+    ValueError, TypeError
+        If the medium is none, lifts off, or has a membrane on its surface that is not asked for.
 
     See Also
     --------
@@ -155,7 +166,19 @@ def compliance(medium: Body) -> Kernel:
             "medium = FreeLayer(...) lifts off its base, so that it has no compliance: only `indent` takes it, with round "
             "tips and flat punches. A layer that is held down is Medium([Layer(..., bonded=False)], base=...)."
         )
+    if not membrane:
+        check_no_membrane(medium)
     return _tabulated(medium) if isinstance(medium, TabulatedMedium) else _kernel(medium)
+
+
+def check_no_membrane(medium: Body) -> None:
+    """Refuse a membrane on the surface, where it is not solved."""
+    if any(body.membrane for body in underlying(medium).elastic):
+        raise ValueError(
+            "medium has a membrane on its surface, which only `indent`, `pressure`, `rough_contact`, `kernels` and "
+            "compliance(medium, membrane=True) take: under its tension flat punches have a force along their rim. Elsewhere put "
+            "it below a layer that is thin against the contact: Layer(..., bonded=Interface(membrane=...))."
+        )
 
 
 @byte_cached
@@ -170,6 +193,8 @@ def _kernel(medium: Body) -> Kernel:
     if medium.power_law:
         return _power_law(medium.power_law)
     ((_, stack),) = medium.sides
+    if stack.membrane and stack.membrane.reach(1.0):
+        return _held(stack, stack.membrane)
     if not stack.layers:
         return Kernel(modulus=stack.surface_modulus, length=float("inf"), response=np.ones_like)
     return _graded_stack(stack) if stack.varies else _stack(stack)
@@ -185,6 +210,15 @@ class _Layered:
 
     def __call__(self, kappa: Array) -> Array:
         return layered_response(self.medium, kappa / self.length)
+
+
+@dataclass(frozen=True, slots=True)
+class _Times:
+    factor: float
+    response: Callable[[Array], Array]
+
+    def __call__(self, kappa: Array) -> Array:
+        return self.factor * self.response(kappa)
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,17 +242,47 @@ class _Pair:
         return np.asarray(self.constant + varying)
 
 
+def _held(medium: Stack, membrane: Membrane) -> Kernel:
+    """Kernel under a membrane on the surface: L vanishes at short waves; under in-plane stiffness alone the modulus grows there.
+
+    What does not stretch leaves u_l = 0, so that C is that of H_zz - H_lz^2/H_ll, and comes to it like 1/k.
+    """
+    modulus = medium.surface_modulus
+    length = medium.length if medium.layers else membrane.reach(modulus)
+    response = _Layered(medium, length)
+    smallest, largest = smallest_and_largest_modulus(medium)
+    scales = length / (medium.thickness or length)
+    if membrane.tension or membrane.bending:
+        floor = 1e-3 * scales * (smallest / largest)
+        return Kernel(modulus, length, response, cutoff=float("inf"), floor=floor, limit=0.0)
+    (along, mixed), (_, across) = flexibility_of(medium.parts[0].plane)
+    stiffer = 1 / (1 - mixed**2 / (along * across))
+    start = min(0.1 * scales * float(np.sqrt(smallest / largest)), 1.0)
+    series = interpolate(_Times(stiffer, response), start, long_wave_power(medium), vanishing=False)
+    return _of_series(modulus * stiffer, length, series)
+
+
+def _of_series(modulus: float, length: float, series: Interpolant) -> Kernel:
+    """Kernel whose L - 1 falls like a power at short waves."""
+    return Kernel(
+        modulus,
+        length,
+        series,
+        tail=series.tail,
+        cutoff=_tail_begins(series),
+        floor=series.floor,
+        series=series,
+    )
+
+
 def _stack(medium: Stack) -> Kernel:
     # with more layers interpolating a table of the recursion is faster
     if len(medium.layers) > 4:
         return _tabulated_stack(medium)
     length = medium.length
-    moduli = [layer.surface_modulus for layer in medium.layers]
-    if not medium.base.rigid:
-        moduli.append(medium.base.surface_modulus)
-    moduli += spring_moduli(medium)
+    smallest, largest = smallest_and_largest_modulus(medium)
     # below this kappa even the longest length of the stack, thickness times modulus ratio, is short
-    floor = 1e-3 * (length / medium.thickness) * (min(moduli) / max(moduli))
+    floor = 1e-3 * (length / medium.thickness) * (smallest / largest)
     return Kernel(
         modulus=medium.surface_modulus,
         length=length,
@@ -244,18 +308,10 @@ def _interpolated(medium: Stack, response: Callable[[Array], Array], *, vanishin
 
 
 def _graded_stack(medium: Stack) -> Kernel:
-    length = medium.length
-    surface_graded = medium.layers[0].varies
-    series = _interpolated(medium, _Layered(medium, length), vanishing=not surface_graded)
-    return Kernel(
-        modulus=medium.surface_modulus,
-        length=length,
-        response=series,
-        tail=series.tail if surface_graded else 0.0,
-        cutoff=_tail_begins(series) if surface_graded else saturation(medium.layers[0]),
-        floor=series.floor,
-        series=series if surface_graded else None,
-    )
+    if not medium.layers[0].varies:
+        return _tabulated_stack(medium)
+    series = _interpolated(medium, _Layered(medium, medium.length), vanishing=False)
+    return _of_series(medium.surface_modulus, medium.length, series)
 
 
 def _tail_begins(series: SmoothResponse) -> float:
@@ -280,10 +336,13 @@ def _power_law(medium: PowerLaw) -> Kernel:
 
 
 def _pair(pair: TwoBodies) -> Kernel:
-    kernels = [compliance(body) for body in pair.elastic]
+    kernels = [compliance(body, membrane=True) for body in pair.elastic]
     if len(kernels) == 1:
         return kernels[0]
+    # half-spaces have no length, the membranes on them have
     modulus, length = pair.surface_modulus, pair.length
+    if not np.isfinite(length):
+        length = min(kernel.length for kernel in kernels)
     shares = [modulus / kernel.modulus for kernel in kernels]
     if kernels[0].exponent:
         return _power_law_pair(kernels, shares, modulus, length)
@@ -298,7 +357,8 @@ def _pair(pair: TwoBodies) -> Kernel:
     constant = 1.0 - sum(share for share, _, _ in parts)
 
     series = None
-    if any(kernel.graded for _, _, kernel in parts):
+    limit = constant + sum(share * kernel.limit for share, _, kernel in parts)
+    if any(kernel.graded for _, _, kernel in parts) and limit == 1:
         series = Combined(tuple((share, stretch, _series(kernel)) for share, stretch, kernel in parts))
     return Kernel(
         modulus=modulus,
@@ -307,6 +367,7 @@ def _pair(pair: TwoBodies) -> Kernel:
         tail=sum(share * kernel.tail / stretch for share, stretch, kernel in parts),
         cutoff=max(kernel.cutoff / stretch for _, stretch, kernel in parts),
         floor=min(kernel.floor / stretch for _, stretch, kernel in parts),
+        limit=limit,
         series=series,
     )
 

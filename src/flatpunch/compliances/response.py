@@ -20,10 +20,11 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import Array
+from flatpunch.compliances.faces import passed_across, stiffened, yielding, yielding_across
 from flatpunch.compliances.graded import TOLERANCE, carry_through_graded
 from flatpunch.compliances.layered import SATURATION, Depths, carry, half_space_flexibility, states_below
 from flatpunch.compliances.transverse import Sheet, Solid
-from flatpunch.media import AnyLayer, Body, Interface, Material, Stack
+from flatpunch.media import AnyLayer, Body, Material, Stack
 from flatpunch.media.plane import Plane, contact_modulus
 
 
@@ -33,11 +34,10 @@ def layered_response(medium: Stack, k: Array) -> Array:
     Of homogeneous layers the relative error is below 1e-12 for 1e-4 <= kh <= 50 (tests compare with multiprecision). A ValueError
     says that the constants of a graded layer leave their ranges between the depths at which it was checked.
     """
-    if not medium.layers:
-        return np.ones_like(k)
-    top = medium.layers[0]
+    top = medium.parts[0]
     response = np.ones_like(k)
-    inside = np.full(k.shape, True) if top.varies else k * top.thickness < saturation(top)
+    whole = top.varies or bool(medium.membrane)
+    inside = np.full(k.shape, whole) if whole or not medium.layers else k * top.extent < saturation(top)
     if inside.any():
         scale = top.rigidity
         flexibility = stack_flexibility(medium, k[inside], scale)
@@ -45,7 +45,7 @@ def layered_response(medium: Stack, k: Array) -> Array:
     return response
 
 
-def saturation(top: AnyLayer) -> float:
+def saturation(top: Material) -> float:
     """k h from which a surface layer hides what lies below it."""
     return SATURATION / Solid.of(top, 1.0).slowest if top.anisotropic and not top.varies else SATURATION
 
@@ -55,7 +55,7 @@ def stack_flexibility(medium: Stack, k: Array, scale: float) -> Array:
     order = np.argsort(k)
     flexibility = np.empty((2, 2, k.size))
     flexibility[..., order] = _sorted_flexibility(medium, k[order], scale)
-    return flexibility
+    return stiffened(medium.membrane, flexibility, k, scale)[0]
 
 
 def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
@@ -79,18 +79,6 @@ def _sorted_flexibility(medium: Stack, k: Array, scale: float) -> Array:
     return flexibility
 
 
-def yielding(face: Interface, below: Array, k: Array, scale: float) -> Array:
-    """Flexibility of what lies below a layer with that of the springs of its lower face, if there are any."""
-    along, across = face.softness
-    if not across and (not along or not face):
-        return below
-    below = below.copy()
-    if face:
-        below[0, 0] -= scale * along * k
-    below[1, 1] -= scale * across * k
-    return below
-
-
 def long_wave_power(medium: Stack) -> int:
     """p of L ~ k^p at long waves: 0 on an elastic base, 3 if all is incompressible and sticks to a rigid one, else 1."""
     if not medium.base.rigid:
@@ -107,7 +95,11 @@ def _incompressible(layer: AnyLayer) -> bool:
 
 
 def smallest_and_largest_modulus(medium: Stack) -> tuple[float, float]:
-    """Range of the plane-strain modulus over all layers and the base [Pa]."""
+    """Range of the plane-strain modulus over all layers, the base and the interfaces [Pa].
+
+    Springs count as their stiffness times the thickness of all layers, membranes by the distance over which they spread a load,
+    which over that thickness is the ratio of both moduli.
+    """
     found = []
     for part in medium.layers:
         if part.varies:
@@ -117,14 +109,11 @@ def smallest_and_largest_modulus(medium: Stack) -> tuple[float, float]:
             found.append(part.surface_modulus)
     if not medium.base.rigid:
         found.append(medium.base.surface_modulus)
-    found += spring_moduli(medium)
-    return min(found), max(found)
-
-
-def spring_moduli(medium: Stack) -> list[float]:
-    """Stiffnesses of the interfaces times the thickness of all layers [Pa]."""
-    springs = (value for layer in medium.layers for value in (layer.face.normal, layer.face.shear) if value)
-    return [medium.thickness * value for value in springs]
+    faces = [layer.face for layer in medium.layers]
+    found += [medium.thickness * value for face in faces for value in (face.normal, face.shear) if value]
+    least, membranes = min(found), [medium.membrane, *(face.membrane for face in faces)]
+    reach = max(each.reach(least) if each else 0.0 for each in membranes)
+    return least, max(*found, least * reach / (medium.thickness or reach or 1.0))
 
 
 def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
@@ -144,8 +133,6 @@ def surface_flexibility(body: Stack, k: Array) -> tuple[Array, Array]:
     across : ndarray, shape (n,)
         k u_t per s_tz [1/Pa].
     """
-    if not body.layers:
-        return half_space_flexibility(body.base, 1.0, k.shape), _across(body, k)
     scale = body.surface_modulus
     return stack_flexibility(body, k, scale) / scale, _across(body, k)
 
@@ -160,9 +147,9 @@ def _across(medium: Stack, k: Array) -> Array:
     for layer in reversed(medium.layers):
         slides = not layer.face
         if not slides:
-            w = w - layer.face.softness[0] * k
+            w = yielding_across(layer.face, w, k, 1.0)
         w = _through_graded(layer, w, k, slides) if layer.varies else _through(layer, w, k, slides)
-    return w
+    return w * passed_across(medium.membrane, w, k, 1.0)
 
 
 def _through(layer: AnyLayer, w: Array, k: Array, slides: bool) -> Array:

@@ -154,7 +154,7 @@ def default_choice(
     control = control_from(depth=depth, force=force, radius=radius)
     if underlying(medium).free:
         return LIFTS_OFF
-    return choose(compliance(medium), indenter, control, np.zeros(1))
+    return choose(compliance(medium, membrane=True), indenter, control, np.zeros(1))
 
 
 def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> Choice:
@@ -164,9 +164,11 @@ def choose(kernel: Kernel, indenter: Indenter, control: Control, phi: Array) -> 
     Tips whose corrections come with the package take these. Of other power laws the series costs milliseconds up to contacts
     `WIDE` layers wide: it is solved and taken if its own estimate is within `FORCE_LIMIT` and `NOTABLE_OUTLINE` at all steps. The
     series of wider contacts and of all other shapes takes as long as the boundary element solutions of the refined method, which
-    are closer.
+    are closer. Under a membrane on the surface boundary elements alone hold.
     """
     series = series_of(indenter)
+    if kernel.limit < 1:
+        return Choice(BoundaryElements(), "under a membrane on the surface there are no flat punches", quick=False)
     if control.name == "depth" and control.values.max(initial=0.0) > indenter.elsewhere:
         return Choice(BoundaryElements(), "parts of the map far from its apex are lower than the depth", quick=False)
     if isinstance(series, BoundaryElements):
@@ -237,6 +239,25 @@ def method_of(method: object) -> Method:
             f"is unknown; choose one of {', '.join(map(repr, METHODS))}, or {classes} with settings.",
         )
     return METHODS[method]()
+
+
+def check_membrane(medium: Body, kernel: Kernel, method: Method) -> None:
+    """Refuse bending stiffness on the surface, and under tension there the methods that are made of flat punches."""
+    for body in underlying(medium).elastic:
+        if body.membrane and body.membrane.bending:
+            raise BadValue(
+                "Membrane.bending",
+                repr(body.membrane.bending),
+                "on the surface concentrates the force of a contact on its rim, which cells do not resolve. Leave it out, or put "
+                "the membrane below a layer that is thin against the contact.",
+            )
+    if kernel.limit < 1 and method.name != "bem":
+        raise BadValue(
+            "method",
+            repr(method.name),
+            "is made of flat punches, whose rim has a line force under a membrane on the surface, as a Cylinder has itself. Take "
+            "method='bem' and a tip without a flat end, or put the membrane below a layer that is thin against the contact.",
+        )
 
 
 def solver_of(method: Method, indenter: Indenter) -> Method:

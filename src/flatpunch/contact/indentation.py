@@ -16,6 +16,7 @@ from flatpunch.contact.default import (
     Method,
     MethodName,
     asked_for,
+    check_membrane,
     choose,
     method_of,
     series_of,
@@ -165,9 +166,10 @@ def indent(
     if physics.work_of_adhesion is not None:
         return sticking(medium, indenter, given, physics, chosen, angles)
     control = control_from(**given)
-    phi, kernel = outline_angles(angles, control), compliance(medium)
+    phi, kernel = outline_angles(angles, control), compliance(medium, membrane=True)
     choice = choose(kernel, indenter, control, phi) if chosen is None else asked_for(chosen, indenter)
     solver = solver_of(choice.method, indenter)
+    check_membrane(medium, kernel, solver)
     if large is not None:
         curve = finite_strain_curve(large, lambda each: solver.solve(kernel, indenter, each, phi), control)
         # a method is exact for linear theory alone
@@ -263,7 +265,8 @@ def pressure(
         check_deepest(medium, float(control.values[0]))
     if not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
         raise ValueError("x and y must be finite: points on the surface in metres.")
-    r, phi, kernel = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel(), compliance(medium)
+    r, phi = np.hypot(x, y).ravel(), np.arctan2(y, x).ravel()
+    kernel = compliance(medium, membrane=physics.work_of_adhesion is None)
     if physics.work_of_adhesion is not None:
         from flatpunch.contact.adhesion.method import pressure as adhesive_pressure
 
@@ -276,6 +279,8 @@ def pressure(
             series = series_of(indenter)
             refined = control.name == "radius" and not isinstance(series, BoundaryElements)
             default = Refined() if refined else series
-        field = solver_of(chosen or default, indenter).pressure(kernel, indenter, control, r, phi)
+        solver = solver_of(chosen or (default if kernel.limit == 1 else BoundaryElements()), indenter)
+        check_membrane(medium, kernel, solver)
+        field = solver.pressure(kernel, indenter, control, r, phi)
     values = field.pressure.reshape(x.shape)
     return (values, field.error.reshape(x.shape)) if return_error else values

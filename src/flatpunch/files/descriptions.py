@@ -188,7 +188,7 @@ def _graded_seconds(case: Case) -> float:
     """Time for a graded surface, which grows with the square of the number of terms: steep gradings need many."""
     if case.medium.free:
         return 0.0
-    kernel = compliance(case.medium)
+    kernel = compliance(case.medium, membrane=True)
     if not kernel.graded:
         return 0.0
     terms = sufficient_terms(kernel, 1.0) / _MOST_TERMS
@@ -243,6 +243,9 @@ def describe_bodies(medium: Body) -> Iterator[str]:
 
 
 def _body(name: str, body: Stack) -> Iterator[str]:
+    if body.membrane:
+        yield f"{name:<9} {body.membrane.in_words()}, on the surface"
+        name = ""
     if not body.layers:
         yield f"{name:<9} {words(body.base)}"
         return

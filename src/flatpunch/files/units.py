@@ -59,7 +59,9 @@ STIFFNESS = Dimension("stiffness", "N/m", "50 kN/m", ("N/m", "kN/m", "MN/m", "mN
 INTERFACE = Dimension(
     "interface stiffness", "Pa/m", "20 GPa/um", ("Pa/m", "kPa/um", "MPa/um", "GPa/um", "GPa/nm", "N/m^3", "N/mm^3")
 )
-DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE, TIME, WORK_OF_ADHESION, INTERFACE)
+TENSION = Dimension("force per length", "N/m", "1 mN/m", ("N/m", "mN/m", "uN/m", "nN/um", "nN/nm", "J/m^2", "mJ/m^2"))
+BENDING = Dimension("bending stiffness", "J", "0.1 aJ", ("J", "nJ", "pJ", "fJ", "aJ", "eV", "N*m"))
+DIMENSIONS = (LENGTH, PRESSURE, FORCE, CURVATURE, ANGLE, TIME, WORK_OF_ADHESION, INTERFACE, TENSION, BENDING)
 BY_UNIT = {dimension.unit: dimension for dimension in (*DIMENSIONS, STIFFNESS)}
 """All of them by their SI unit."""
 

@@ -18,7 +18,8 @@ q = 0               layers on a rigid base: uniform traction in a cell that does
                     C_xx that of thickness/C44; where that is infinite (elastic bases, sliding layers) the value of
                     `undetermined`
 lower faces         bonded: displacement and traction continuous; sliding: no shear traction, u_z and s_zz continuous;
-                    Interface: traction = stiffness times jump; a rigid base does not move; no lift-off anywhere
+                    Interface: traction = stiffness times jump, less below a membrane by what it carries; a rigid base does
+                    not move; no lift-off anywhere
 two bodies          displacement of the lower surface less that of the upper, traction on the lower one
 ==================  =================================================================================================
 """

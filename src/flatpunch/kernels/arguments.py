@@ -22,7 +22,7 @@ def body_of(medium: Body | Tuples) -> Body:
     from flatpunch.media import underlying
 
     body = _from_tuples(medium) if isinstance(medium, (tuple, list)) else underlying(medium)
-    compliance(body)  # refuses what is no medium
+    compliance(body, membrane=True)  # refuses what is no medium
     return body
 
 

@@ -151,7 +151,7 @@ def normal_compliance(medium: Body | Tuples, q: Numbers, *, undetermined: float 
     _, magnitude = wave_vectors(q=q)
     result, zero = np.empty(magnitude.shape), magnitude == 0
     if not zero.all():
-        result[~zero] = compliance(body)(magnitude[~zero])
+        result[~zero] = compliance(body, membrane=True)(magnitude[~zero])
     normal, _ = at_zero(body)
     result[zero] = normal if np.isfinite(normal) else undetermined
     return result
@@ -199,7 +199,7 @@ def influence_coefficients(medium: Body | Tuples, spacing: float, shape: Sequenc
     if len(sizes) != 2:
         raise BadValue("shape", "", f"has {len(sizes)} entries; it must be the numbers of rows and columns.")
     rows, columns = (whole("shape", n, 1, most=4 * CELLS) for n in sizes)
-    kernel, spacing = compliance(body_of(medium)), positive("spacing", spacing, unit="m")
+    kernel, spacing = compliance(body_of(medium), membrane=True), positive("spacing", spacing, unit="m")
     if spacing > _WIDEST * kernel.length:
         most = f"must be at most {_WIDEST * kernel.length:.3g} m, {_WIDEST:g} lengths of the medium. Check the units."
         raise BadValue("spacing", repr(spacing), most)

@@ -5,6 +5,7 @@ from flatpunch.media.formula import Formula
 from flatpunch.media.graded import GradedLayer
 from flatpunch.media.laws import Constant, DepthTable, ExponentialModulus, LinearModulus, PowerModulus
 from flatpunch.media.material import AnyLayer, Homogeneous, Interface, Isotropic, Material
+from flatpunch.media.membrane import Membrane
 from flatpunch.media.relaxation import PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid
 from flatpunch.media.special_bodies import FreeLayer, PowerLawHalfSpace, TwoBodies
 from flatpunch.media.stack import Base, Body, PunchSolution, Stack, TabulatedMedium, underlying
@@ -28,6 +29,7 @@ __all__ = [
     "LinearModulus",
     "Material",
     "Medium",
+    "Membrane",
     "PowerLawHalfSpace",
     "PowerLawRelaxation",
     "PowerModulus",

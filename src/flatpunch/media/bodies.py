@@ -14,7 +14,7 @@ from typing import Annotated, Any, TypeVar
 
 import numpy as np
 
-from flatpunch._support.checks import LAYERS, Array, BadValue, shown
+from flatpunch._support.checks import LAYERS, Array, BadValue, instance, shown
 from flatpunch._support.declared import in_case_files
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, quantity_of, readable
@@ -32,6 +32,7 @@ from flatpunch.media.material import (
     Young,
     in_words,
 )
+from flatpunch.media.membrane import Membrane
 from flatpunch.media.plane import Plane
 from flatpunch.media.stack import Base, Stack
 from flatpunch.media.transverse import TransverselyIsotropicHalfSpace, TransverselyIsotropicLayer
@@ -173,6 +174,9 @@ class Medium(Stack):
         From the free surface down. Empty only on an elastic base.
     base : HalfSpace, TransverselyIsotropicHalfSpace or RigidBase
         What lies below the lowest layer.
+    membrane : Membrane, optional
+        What lies on the surface: its tension, in-plane stiffness and bending stiffness; by default there is none. Contacts are
+        then solved by boundary elements, and surfaces may be rough; all else takes the membrane below a layer of any thickness.
 
     See Also
     --------
@@ -190,8 +194,11 @@ class Medium(Stack):
 
     layers: tuple[AnyLayer, ...]
     base: Base
+    membrane: Membrane | None = None
 
-    def __init__(self, layers: Iterable[AnyLayer] = (), base: Base | None = None) -> None:
+    def __init__(
+        self, layers: Iterable[AnyLayer] = (), base: Base | None = None, membrane: Membrane | None = None
+    ) -> None:
         object.__setattr__(self, "layers", _as_layers(layers))
         if not isinstance(base, Base) or base.power_law:
             raise TypeError(
@@ -199,6 +206,8 @@ class Medium(Stack):
                 "RigidBase(): it is what lies below all layers."
             )
         object.__setattr__(self, "base", base)
+        instance("Medium.membrane", membrane, (Membrane, type(None)), "a Membrane(tension=...), or None")
+        object.__setattr__(self, "membrane", membrane)
         _check_contrast(self.layers, base)
         if not self.layers and base.rigid:
             raise ValueError(
@@ -218,8 +227,8 @@ class Medium(Stack):
 
     @property
     def isotropic(self) -> tuple[float, float] | None:
-        """Shear modulus [Pa] and Poisson ratio of an isotropic base without layers."""
-        return None if self.layers else self.base.isotropic
+        """Shear modulus [Pa] and Poisson ratio of an isotropic base without layers and membrane."""
+        return None if self.layers or self.membrane else self.base.isotropic
 
     @property
     def surface_modulus(self) -> float:
@@ -237,6 +246,8 @@ class Medium(Stack):
             for i, layer in enumerate(self.layers)
         ]
         rows.append(("base", *self.base.elasticity(), "" if self.base.rigid else "half-space", ""))
+        if self.membrane:
+            rows.insert(0, ("surface", "", "", "", self.membrane.in_words()))
         return Table("Medium, from the surface down", ("", "young", "poisson", "thickness", "lower face"), tuple(rows))
 
 

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Protocol, Self
 
 import numpy as np
 
-from flatpunch._support.checks import Array, shown
+from flatpunch._support.checks import Array, instance, shown
 from flatpunch._support.declared import Checked, Number, a_length, a_pressure, a_ratio, a_stiffness
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import quantity_of, readable
+from flatpunch.media.membrane import Membrane
 from flatpunch.media.plane import (
     Plane,
     contact_modulus,
@@ -36,10 +37,11 @@ _HOW = (
 @readable
 @dataclass(frozen=True, slots=True)
 class Interface(Checked):
-    """Springs between the lower face of a layer and what lies below it: a weak interphase, a glue, contact at asperities.
+    """Springs between the lower face of a layer and what lies below it, or a membrane on the latter, or both.
 
-    The traction at the interface is the stiffness times the jump of the displacement across it, without lift-off. A thin
-    interphase of thickness t has normal = C33/t and shear = G/t of its material.
+    Springs are a weak interphase, a glue, contact at asperities: the traction at the interface is the stiffness times the jump of
+    the displacement across it, without lift-off. A thin interphase of thickness t has normal = C33/t and shear = G/t of its
+    material. A membrane moves with the upper face of what lies below; the springs, or the slip, are between it and the layer.
 
     Parameters
     ----------
@@ -47,11 +49,13 @@ class Interface(Checked):
         Traction per jump across the interface [Pa/m], > 0; by default it does not yield.
     shear : float, optional
         Traction per jump along it [Pa/m], >= 0; by default it does not yield. 0 slides.
+    membrane : Membrane, optional
+        Membrane that is bonded to what lies below the springs; by default there is none.
 
     Raises
     ------
     ValueError, TypeError
-        If a stiffness is outside its range.
+        If a stiffness is outside its range, or the membrane is none.
 
     See Also
     --------
@@ -67,8 +71,10 @@ class Interface(Checked):
 
     normal: Annotated[float | None, a_stiffness("normal interface stiffness")] = None
     shear: Annotated[float | None, a_stiffness("shear interface stiffness", above=-inf, least=0.0)] = None
+    membrane: Membrane | None = None
 
     def __post_init__(self) -> None:
+        instance("Interface.membrane", self.membrane, (Membrane, type(None)), "a Membrane(tension=...), or None")
         for name in ("normal", "shear"):
             value = getattr(self, name)
             if isinstance(value, (float, np.floating)) and value == inf:
@@ -101,7 +107,9 @@ def in_words(bonded: bool | Interface) -> str:
         return "bonded" if bonded else "slides"
     normal = "" if bonded.normal is None else f"normal {text(bonded.normal, 'Pa/m')}"
     shear = "" if bonded.shear is None else "slides" if bonded.shear == 0 else f"shear {text(bonded.shear, 'Pa/m')}"
-    return "springs, " + ", ".join(each for each in (normal, shear) if each) if normal or shear else "bonded"
+    springs = "springs, " + ", ".join(each for each in (normal, shear) if each) if normal or shear else ""
+    membrane = bonded.membrane.in_words() if bonded.membrane else ""
+    return ", on ".join(each for each in (springs, membrane) if each) or "bonded"
 
 
 ORDER = "Layers run from the free surface down; what lies below them all is the base."

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Protocol, Self
 from flatpunch._support.checks import Array, Indices, shown
 from flatpunch._support.readable import readable
 from flatpunch.media.material import AnyLayer, Material, Part, PowerLaw
+from flatpunch.media.membrane import Membrane
 
 
 class Body(Part, ABC):
@@ -73,6 +74,10 @@ class Stack(Body):
         def base(self) -> Base:
             """What lies below them."""
 
+        @property
+        def membrane(self) -> Membrane | None:
+            """What lies on the surface."""
+
     @property
     def sides(self) -> tuple[tuple[str, Stack], ...]:
         """Itself, without a name."""
@@ -120,6 +125,7 @@ class Base(Material, Stack):
 
     __slots__ = ()
     layers = ()
+    membrane = None
 
     @property
     def base(self) -> Self:

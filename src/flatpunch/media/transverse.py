@@ -264,7 +264,7 @@ def homogenised(layers: Iterable[AnyLayer]) -> TransverselyIsotropicLayer:
     Raises
     ------
     ValueError, TypeError
-        If there are none, or one slides on the next.
+        If there are none, or one slides on the next or has a membrane between it and the next.
 
     See Also
     --------
@@ -314,6 +314,11 @@ def _checked(layers: Iterable[AnyLayer]) -> list[AnyLayer]:
             raise ValueError(
                 f"layers[{i}] slides on the next one: the stack has no shear stiffness and bends layer by layer, which no single "
                 "layer does. Give Medium the layers themselves, or the interface a shear stiffness."
+            )
+        if i + 1 < len(stack) and layer.face.membrane:
+            raise ValueError(
+                f"layers[{i}].bonded has a membrane: its tension and bending have no mean over the depth. Give Medium the layers "
+                "themselves, or leave the membrane out."
             )
     return stack
 

@@ -135,7 +135,7 @@ def rough_contact(
         raise TypeError(
             f"topography = {shown(topography)} must be a Topography(heights, spacing), such as self_affine makes."
         )
-    kernel, uniform = compliance(medium), uniform_compliance(medium)
+    kernel, uniform = compliance(medium, membrane=True), uniform_compliance(medium)
     name, targets = _control(pressure=pressure, force=force, depth=depth)
     fields, limit = switch("fields", fields), whole("limit", limit, 1, "It is the largest number of iterations.")
     check_tolerance(tolerance, single=False)

@@ -113,7 +113,7 @@ def full_contact(medium: Body, spectrum: Spectrum) -> FullContact:
     >>> print(f"{full.rms_pressure:.3g} Pa, {full.energy:.3g} J/m^2")
     17.2 Pa, 2.81e-08 J/m^2
     """
-    kernel = compliance(medium)
+    kernel = compliance(medium, membrane=True)
     if isinstance(spectrum, Topography):
         return _of_surface(kernel, spectrum)
     if not follows(spectrum, tuple) or len(spectrum) != 2:

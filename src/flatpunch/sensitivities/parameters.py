@@ -63,8 +63,8 @@ class Parameter:
     part : int
         Layer from the surface down; the base comes last.
     kind : str
-        Field of the layer or base that is or holds it: "young", "poisson", "thickness"; of springs "normal spring" or "shear
-        spring", of tips what the number is.
+        Field of the layer or base that is or holds it: "young", "poisson", "thickness"; of its lower face the whole path,
+        "bonded.normal", "bonded.membrane.tension"; of tips what the number is.
     law : callable or None
         Of a number in a law of depth: the law with another value.
     step : float
@@ -148,7 +148,7 @@ def _of_medium(part: LayerOrBase, place: Place) -> Parameter | None:
     field, *inside = steps(place.path.removeprefix(f"{part.path}."))
     held = getattr(part.material, str(field))
     if isinstance(held, Interface):
-        return Parameter(*place, part.body, part.part, f"{inside[0]} spring")
+        return Parameter(*place, part.body, part.part, ".".join(map(str, (field, *inside))))
     if field not in (*part.material.numbers, "thickness"):
         return None
     if callable(held):

@@ -105,7 +105,7 @@ def law_change(parameter: Parameter, depths: Array) -> Array:
 
 def _surface_change(parameter: Parameter, body: Stack) -> float:
     """d ln E* at the surface of a body by one of its numbers in the top layer, or the base if there is none."""
-    if parameter.kind == "thickness" or parameter.kind.endswith("spring"):
+    if parameter.kind not in body.parts[0].numbers:
         return 0.0
     change = 1.0 if parameter.law is None else float(law_change(parameter, np.zeros(1))[0])
     return change * body.parts[0].surface_slope(parameter.kind)

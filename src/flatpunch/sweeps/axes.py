@@ -15,6 +15,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import Any
@@ -132,13 +133,13 @@ def dimension_of(current: object) -> units.Dimension | None:
     """What kind of quantity a text of the file is, if it is one."""
     if not isinstance(current, str):
         return None
+    found = []
     for dimension in units.DIMENSIONS:
-        try:
+        with suppress(ValueError):
             units.to_si(current, dimension)
-        except ValueError:
-            continue
-        return dimension
-    return None
+            found.append(dimension)
+    # J/m^2 and N/m are the same: the one as which the file has it
+    return min(found, key=lambda each: not current.endswith(each.unit), default=None)
 
 
 def _range(

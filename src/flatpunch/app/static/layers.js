@@ -51,7 +51,7 @@ export function addLayer(tables, kind = "") {
 
 function fill(inner, tables, kind) {
   inner.replaceChildren();
-  const extra = element("details", {}, element("summary", {}, "Interface with springs, lift-off, moduli along z"));
+  const extra = element("details", {}, element("summary", {}, "Interface with springs or a membrane, lift-off, moduli along z"));
   for (const spec of tables.layers[kind].fields) {
     const words = spec.name === "bonded" ? { true: "bonded", false: "sliding" } : { "": "no", true: "yes", false: "no" };
     const slides = spec.kind === "quantity" && spec.value !== "";

@@ -2,11 +2,11 @@
 
     u_i = sum_j g(x_i - x_j) p_j,      g(x) = int_cell G(|x - s|) d^2 s
 
-The half-space part 1/(pi E* r) has Love's closed form. The rest R of G is a smooth function of distance on the scale of the
-layers: far from the origin its cell average is a function of r too, up to (h/r)^5 cos 4 phi, and is read from a table that
-contains the averaging; near it, and where cells are wider than the layer, it is integrated cell by cell, the cell split
-towards the origin until every part is small against its distance. Power-law half-spaces have
-G ~ r^-(1 + exponent) throughout and take the same two roads.
+The half-space part 1/(pi E* r), of which there is none under a membrane, has Love's closed form. The rest R of G is a smooth
+function of distance on the scale of the layers: far from the origin its cell average is a function of r too, up to (h/r)^5 cos
+4 phi, and is read from a table that contains the averaging; near it, and where cells are wider than the layer, it is integrated
+cell by cell, the cell split towards the origin until every part is small against its distance. Power-law half-spaces have G ~
+r^-(1 + exponent) throughout and take the same two roads.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     exponent = power_exponent(kernel)
     if exponent != 0.0:
         return power_law_coefficients(kernel, exponent, spacing, shape)
-    g = love_coefficients(shape) * (spacing / (np.pi * kernel.modulus))
+    g = kernel.limit * love_coefficients(shape) * (spacing / (np.pi * kernel.modulus))
     if not kernel.homogeneous:
         add_remainder(g, kernel, spacing)
     return g

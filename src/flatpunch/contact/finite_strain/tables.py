@@ -272,7 +272,7 @@ def layer_of(medium: Body) -> tuple[float, float]:
     stack = medium.single
     if stack and stack.isotropic:
         return stack.isotropic[1], math.inf
-    if stack and len(stack.layers) == 1 and stack.base.rigid:
+    if stack and len(stack.layers) == 1 and stack.base.rigid and not stack.membrane:
         layer = stack.layers[0]
         if layer.isotropic and layer.bonded is True:
             return layer.isotropic[1], layer.thickness

@@ -63,7 +63,8 @@ def check_each(medium: Body, indenter: Indenter, method: Any, given: Sequence[ob
 def with_moduli(medium: Stack, factors: Sequence[float]) -> Medium:
     """The medium with the moduli of each layer and the base multiplied."""
     layers = [_times(layer, factor) for layer, factor in zip(medium.layers, factors, strict=False)]
-    return Medium(layers, medium.base if medium.base.rigid else _times(medium.base, factors[-1]))
+    base = medium.base if medium.base.rigid else _times(medium.base, factors[-1])
+    return Medium(layers, base, medium.membrane)
 
 
 def _times(part: M, factor: float) -> M:

@@ -79,11 +79,11 @@ def solve(
 
 def _of_springs(medium: Body) -> tuple[str, ...]:
     faces = [layer.face for _, body in medium.sides for layer in body.layers]
-    if not any(face.normal or face.shear for face in faces):
+    if not any(face.normal or face.shear or face.membrane for face in faces):
         return ()
     return (
-        "The springs of the interfaces relax like the layers: one relaxation multiplies the whole response. A list of one for "
-        "each layer, relaxation=[...], keeps them elastic.",
+        "The springs and membranes of the interfaces relax like the layers: one relaxation multiplies the whole response. A list "
+        "of one for each layer, relaxation=[...], keeps them elastic.",
     )
 
 

@@ -18,7 +18,7 @@ from flatpunch._support.checks import BadValue
 from flatpunch._support.declared import KINDS, arguments
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Length, Number, Pressure, Switch, Table
-from flatpunch.files.tables.made import Made, chosen, fields_of, kinds_in
+from flatpunch.files.tables.made import Made, chosen, fields_of, kinds_in, table_of
 from flatpunch.media import (
     AnyLayer,
     Base,
@@ -28,6 +28,7 @@ from flatpunch.media import (
     FreeLayer,
     Interface,
     Medium,
+    Membrane,
     Prony,
     Stack,
     StandardLinearSolid,
@@ -156,6 +157,7 @@ class LayerTable(Made):
         "bonded": (Annotated[Switch, Field(title="Lower face")], True),
         "lifts_off": (Switch | None, None),
         **{f"interface_{name}": field for name, field in fields_of([Interface]).items()},
+        **{f"membrane_{name}": field for name, field in fields_of([Membrane], may=arguments(Membrane)).items()},
     }
     laws: ClassVar[dict[str, Any]] = OF_UNITS
 
@@ -170,15 +172,20 @@ class LayerTable(Made):
         return layer
 
     def _lower_face(self) -> bool | Interface:
-        springs = {name: self.value(f"interface_{name}") for name in ("normal", "shear")}
-        if all(each is None for each in springs.values()):
+        springs, membrane = (
+            {name: value for name in arguments(made) if (value := self.value(f"{of}_{name}")) is not None}
+            for of, made in (("interface", Interface), ("membrane", Membrane))
+        )
+        if not springs and not membrane:
             return bool(self.value("bonded"))
-        if not self.value("bonded"):
+        if springs and not self.value("bonded"):
             raise ValueError(
                 "interface_normal and interface_shear are springs of a bonded face; leave bonded out. interface_shear = '0 Pa/m' "
                 "slides."
             )
-        return Interface(**springs)
+        if not self.value("bonded"):
+            springs = {"shear": 0.0}
+        return Interface(**springs, membrane=Membrane(**membrane) if membrane else None)
 
 
 LAYER_KINDS = functools.partial(kinds_in, "layers", {"": LayerTable})
@@ -189,16 +196,23 @@ Layers = list[Annotated[LayerTable, chosen(LAYER_KINDS)]]
 BaseTable = Annotated[Made, chosen(BASE_KINDS), Field(description="a table [base] such as kind = 'rigid'")]
 
 
+if TYPE_CHECKING:
+    MembraneTable = Made
+else:
+    MembraneTable = table_of("", "membrane", [Membrane])
+
+
 class BodyTable(Table):
     """[upper] or [lower] of two bodies: layers on a base, each body from its own contact surface inwards."""
 
     layers: Layers = Field(default=[])
     base: BaseTable
+    membrane: MembraneTable | None = None
 
     def build(self, folder: Path) -> Stack:
         """Return the body."""
         base = self.base.built
-        return base if base.rigid and not self.layers else stack(self.layers, base)
+        return base if base.rigid and not self.layers else stack(self.layers, base, self.membrane)
 
 
 class SampleTable(Table):
@@ -206,19 +220,24 @@ class SampleTable(Table):
 
     layers: Layers = Field(default=[])
     base: BaseTable | None = None
+    membrane: MembraneTable | None = None
     upper: BodyTable | None = None
     lower: BodyTable | None = None
 
     def body(self) -> Body:
         """Return one body from layers and base, or two from upper and lower; all layers are held down."""
         one, upper, lower = self.base is not None, self.upper, self.lower
-        if (upper is None) != (lower is None) or (upper is None) != one or (upper is not None and self.layers):
+        if (
+            (upper is None) != (lower is None)
+            or (upper is None) != one
+            or (upper is not None and (self.layers or self.membrane))
+        ):
             raise ValueError(
                 "give either one body ([[layers]] and [base]) or two ([upper] and [lower], each with a base)."
             )
         if upper is not None and lower is not None:
             return TwoBodies(upper.built, lower.built)
-        return stack(self.layers, cast("Made", self.base).built)
+        return stack(self.layers, cast("Made", self.base).built, self.membrane)
 
     def pressed(self) -> Body:
         """Return what `body` does, or the layer that lifts off."""
@@ -227,23 +246,26 @@ class SampleTable(Table):
             return self.body()
         layer, below = layers[0].built, self.base.built
         plain = layer.isotropic and layer.bonded in (True, False)
-        if len(layers) > 1 or not plain or not (below.rigid or below.isotropic):
+        if len(layers) > 1 or not plain or self.membrane or not (below.rigid or below.isotropic):
             raise _lifts_off(
                 layers,
-                "is solved for one homogeneous isotropic layer without springs, on a rigid base or a half-space of that kind.",
+                "is solved for one homogeneous isotropic layer without springs and membranes, on a rigid base or a half-space of "
+                "that kind.",
             )
         return FreeLayer.of(layer, below)
 
 
-def stack(layers: Layers, base: Base) -> Stack:
-    """Return layers on a base, or the base by itself where that is a body."""
-    if not layers and not base.rigid:
+def stack(layers: Layers, base: Base, membrane: Made | None = None) -> Stack:
+    """Return layers on a base and the membrane on them, or the base by itself where that is a body."""
+    if not layers and not base.rigid and membrane is None:
         return base
     if any(table.value("lifts_off") for table in layers):
         raise _lifts_off(layers, "goes with neither two bodies, fits, rough surfaces nor other programs; leave it out.")
     if base.power_law:
-        raise ValueError("layers on a power-law half-space are not solved; give graded layers on a half-space instead.")
-    return Medium([table.built for table in layers], base=base)
+        raise ValueError(
+            "membranes and layers on a power-law half-space are not solved; give graded layers on a half-space instead."
+        )
+    return Medium([table.built for table in layers], base, membrane.built if membrane else None)
 
 
 def _lifts_off(layers: Layers, why_not: str) -> BadValue:

@@ -13,10 +13,21 @@ import numpy as np
 from flatpunch._support.checks import TINY, instance, shown
 from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
 from flatpunch._support.readable import readable
+from flatpunch.compliances.kernel import check_no_membrane
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.media import Body, Interface, Material, PowerLawRelaxation, Prony, Relaxation, StandardLinearSolid, paths
+from flatpunch.media import (
+    Body,
+    Interface,
+    Material,
+    Membrane,
+    PowerLawRelaxation,
+    Prony,
+    Relaxation,
+    StandardLinearSolid,
+    paths,
+)
 from flatpunch.media.paths import groups
 from flatpunch.sensitivities.parameters import parameters
 
@@ -92,7 +103,7 @@ def smooth(number: Place) -> bool:
     """Whether a force is smooth in a number that is no group, at all values that its declaration allows."""
     owner = number.owner
     if not isinstance(owner, Material) or owner.varies or owner.power_law:
-        return isinstance(owner, Interface)
+        return isinstance(owner, (Interface, Membrane))
     return not owner.anisotropic or number.number.unit == "m"
 
 
@@ -181,6 +192,7 @@ class Sample:
     def __post_init__(self) -> None:
         instance("medium", self.medium, (Body,), "a body, such as HalfSpace or Medium")
         check_indenter(self.indenter)
+        check_no_membrane(self.medium)
         instance("physics", self.physics, (Physics,), "a Physics")
         if self.adhesive and self.indenter.flat:
             raise ValueError(

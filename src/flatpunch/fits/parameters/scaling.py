@@ -131,6 +131,10 @@ class Scaling:
         return paths.with_values(self.medium, self.indenter, values)
 
 
+_OF_FACES = {"Pa/m": -1.0, "N/m": 1.0, "J": 3.0}
+"""Springs and membranes by their units: they scale like a modulus times this power of a length."""
+
+
 def scaling(
     medium: Body,
     indenter: Indenter,
@@ -146,14 +150,13 @@ def scaling(
     """
     numbers = numbers_in(medium, indenter) if numbers is None else numbers
     kept = _one_modulus_each(numbers, free)
-    moduli, lengths, ratios, springs = (
-        [name for name in kept if numbers[name].number.unit == unit] for unit in ("Pa", "m", "", "Pa/m")
-    )
+    moduli, lengths, ratios = ([name for name in kept if numbers[name].number.unit == unit] for unit in ("Pa", "m", ""))
+    faces = {name: _OF_FACES[unit] for name in kept if (unit := numbers[name].number.unit) in _OF_FACES}
     tip = _only_number(numbers, indenter)
     unit_tip = tip if indenter.exponent is not None and not large and _in_proportion(indenter) else None
     if tip and indenter.exponent is None and numbers[tip].number.unit == "m":
         lengths.append(tip)
-    known = {*moduli, *lengths, *ratios, *springs, unit_tip}
+    known = {*moduli, *lengths, *ratios, *faces, unit_tip}
     exact = [numbers[name] for name in free if name not in known]
     sized = indenter.exponent is not None or tip in lengths
     of_tip = [each for each in exact if each.path.startswith("indenter.")]
@@ -172,17 +175,19 @@ def scaling(
     if unit_tip:
         # curvature 1/R of a paraboloid, tan of an inclination
         depth[unit_tip] = force[unit_tip] = -1.0 if numbers[unit_tip].number.unit == "m" else 1.0
-    # springs scale like a modulus over a length
-    stiff = {**({modulus: 1.0} if modulus else {}), **({length: -1.0} if length else {})}
+    stiff = {
+        name: {**({modulus: 1.0} if modulus else {}), **({length: power} if length else {})}
+        for name, power in faces.items()
+    }
     coordinates = [*_ratios(moduli, modulus, MODULUS_STEP), *_ratios(lengths, length, LENGTH_STEP)]
     coordinates += [_poisson(name, numbers[name].number) for name in ratios]
     coordinates += [
-        Coordinate(name, {name: 1.0, **{u: -f for u, f in stiff.items()}}, MODULUS_STEP) for name in springs
+        Coordinate(name, {name: 1.0, **{u: -f for u, f in own.items()}}, MODULUS_STEP) for name, own in stiff.items()
     ]
     moving = [c for c in coordinates if any(name in free for name in c.weights)]
     moving += [Coordinate(n.path, {n.path: 1.0}, _NEAR, Scale.of(n).internal(n.value), tabulated=False) for n in exact]
     units: dict[str, dict[str, float]] = {name: {modulus: 1.0} for name in moduli if modulus}
-    units |= {name: {length: 1.0} for name in lengths if length} | dict.fromkeys(springs, stiff)
+    units |= {name: {length: 1.0} for name in lengths if length} | stiff
     units |= {unit_tip: {unit_tip: 1.0}} if unit_tip else {}
     return Scaling(medium, indenter, numbers, force, depth, tuple(moving), modulus, length, units)
 

@@ -348,7 +348,7 @@ def _flat_radius(indenter: Indenter) -> float:
 
 
 def bending(body: Stack) -> float:
-    """Distance over which layers bend on a softer body, or on springs, about four times the length of decay [m]."""
+    """Distance over which layers and membranes bend on a softer body, or on springs, about four times the length of decay [m]."""
     if not body.layers:
         return 0.0
     moduli = [layer.surface_modulus for layer in body.layers]
@@ -358,7 +358,8 @@ def bending(body: Stack) -> float:
     if not body.base.rigid:
         moduli.append(body.base.surface_modulus)
     on_body = body.thickness * ((max(moduli) / min(moduli)) ** (1 / 3) - 1)
-    return 4 * max(float(on_body), float(np.max(plates * softness) ** (1 / 4)))
+    membranes = (layer.face.membrane.reach(min(moduli)) for layer in body.layers if layer.face.membrane)
+    return 4 * max(float(on_body), float(np.max(plates * softness) ** (1 / 4)), *membranes)
 
 
 def _places(r: Array, theta: Array, z: Array) -> Array:
