@@ -154,8 +154,11 @@ def test_film_on_elastic_base():
         (HalfSpace(5e3, 0.5), Paraboloid(3e-6), "base.young", 5e3, 1e-4),
         (FILM, Sphere(3e-6), YOUNG, 5e3, W),
         (HalfSpace(5e3, 0.5), Cone(0.4), "base.young", 5e3, 1e-4),
+        (HalfSpace(5e3, 0.5), Pyramid(4, 0.4), "base.young", 5e3, 1e-4),
+        # so strong that a first fit of the whole retract is far off
+        (HalfSpace(800, 0.5), Pyramid(3, 0.3), "base.young", 800, 4e-5),
     ],
-    ids=["sphere", "paraboloid", "film", "cone"],
+    ids=["sphere", "paraboloid", "film", "cone", "pyramid", "three-sided-pyramid"],
 )
 def test_a_pinned_contact_line_is_left_out(medium, tip, name, young, work):
     """A contact that opens at a held radius: both values within three standard errors, and the pinned part named."""

@@ -200,11 +200,18 @@ class _Start:
         n = int(early.sum())
         if n < FEWEST:
             return np.zeros(depth.size, dtype=bool)
-        depth, force = depth[early], force[early]
-        by_line = float(np.sum((force - np.polynomial.Polynomial.fit(depth, force, 1)(depth)) ** 2))
-        by_model = float(np.sum((force - objective.model.evaluate(depth, theta)[0]) ** 2))
+        above = force - np.polynomial.Polynomial.fit(depth[early], force[early], 1)(depth)
+        by_line = float(np.sum(above[early] ** 2))
+        by_model = float(np.sum((force - objective.model.evaluate(depth, theta)[0])[early] ** 2))
+        noise = np.sqrt(by_line / (n - 2))
         # ratio of likelihoods, in the noise that the line leaves
-        return early if by_model - by_line > CLEAR**2 * by_line / (n - 2) else np.zeros(early.size, dtype=bool)
+        if by_model - by_line <= (CLEAR * noise) ** 2:
+            return np.zeros(early.size, dtype=bool)
+        # parameters that were fitted to the line too may let it open too early: it goes on to where readings rise above it
+        later = np.flatnonzero(~early)[np.argsort(-depth[~early], kind="stable")]
+        risen = np.cumsum(above[later]) > CLEAR * noise * np.sqrt(np.arange(1, later.size + 1))
+        early[later[: risen.argmax() if risen.any() else None]] = True
+        return np.asarray(early)
 
     def _readings(self, objective: Objective, x: Array) -> tuple[Array, Array, Array]:
         """Depth and force of readings in contact over contact point and background, and theta."""
