@@ -34,7 +34,7 @@ from flatpunch.punch.matrix import edge_strength
 from flatpunch.punch.wavenumbers import bessel_table
 
 _FEWEST, _MOST = 16, 256
-"""Terms of the series in theta: from those of half-spaces to those of discs of a few hundred thicknesses."""
+"""Terms of the series in theta and psi: from those of half-spaces to those of discs of a few hundred thicknesses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,54 +46,58 @@ class CohesiveZone:
     outer : ndarray, shape (n,)
         c [m].
     series : ndarray, shape (n, 3, terms)
-        Chebyshev series in theta^2 of (1 - U_b(c))/sin(theta) [-], D_c(b)/sin(theta) [m/Pa] and K(b) [N/m].
+        Chebyshev series in theta^2, up to an angle, of (1 - U_b(c))/sin(theta) [-], D_c(b)/sin(theta) [m/Pa] and K(b) [N/m].
+    most : float
+        The angle.
     """
 
     outer: Array
     series: Array
+    most: float
 
     def at(self, row: Indices, angle: Array) -> tuple[Array, Array, Array, Array, Array]:
         """1 - U, D, their derivatives by theta, and K at angles of discs, shape (m, points) each, for rows of shape (m,)."""
-        basis = np.moveaxis(polynomials(_unit(angle), self.series.shape[2] - 1), 0, 1)
+        basis = np.moveaxis(polynomials(_unit(angle, self.most), self.series.shape[2] - 1), 0, 1)
         series = self.series[row]
         scaled = np.moveaxis(series @ basis, 1, 0)
-        rate = np.moveaxis(chebyshev.chebder(series[:, :2], axis=2) @ basis[:, :-1], 1, 0) * 16 * angle / np.pi**2
+        rate = np.moveaxis(chebyshev.chebder(series[:, :2], axis=2) @ basis[:, :-1], 1, 0) * 4 * angle / self.most**2
         sine, cosine = np.sin(angle), np.cos(angle)
         drop, depth = sine * scaled[:2]
         return drop, depth, *(cosine * scaled[:2] + sine * rate), scaled[2]
 
 
-def cohesive_zone(kernel: Kernel, outer: Array, refinement: int = 1) -> CohesiveZone:
-    """Discs of the radii c [m], shape (n,), with `refinement` times as many terms as are enough."""
-    series = _series(kernel, outer, terms := _FEWEST)
+def cohesive_zone(kernel: Kernel, outer: Array, most: float = np.pi / 2, refinement: int = 1) -> CohesiveZone:
+    """Discs of the radii c [m], shape (n,), up to an angle, with `refinement` times as many terms as are enough."""
+    series = _series(kernel, outer, terms := _FEWEST, most)
     while max(tail(series[i, j]) for i in range(outer.size) for j in range(2)) > TOLERANCE and terms < _MOST:
-        series = _series(kernel, outer, terms := 2 * terms)
-    return CohesiveZone(outer, series if refinement == 1 else _series(kernel, outer, refinement * terms))
+        series = _series(kernel, outer, terms := 2 * terms, most)
+    return CohesiveZone(outer, series if refinement == 1 else _series(kernel, outer, refinement * terms, most), most)
 
 
-def _unit(angle: Array) -> Array:
-    return np.asarray(2 * (2 * angle / np.pi) ** 2 - 1)
+def _unit(angle: Array, most: float = np.pi / 2) -> Array:
+    return np.asarray(2 * (angle / most) ** 2 - 1)
 
 
-def _angles(count: int) -> Array:
+def _angles(count: int, most: float = np.pi / 2) -> Array:
     """Angles at the nodes of series in their square."""
-    return np.asarray(np.pi / 2 * np.sqrt((1 + unit_nodes(count)) / 2))
+    return np.asarray(most * np.sqrt((1 + unit_nodes(count)) / 2))
 
 
-def _series(kernel: Kernel, outer: Array, count: int) -> Array:
-    theta = _angles(count)
-    share, most = np.cos(theta), np.pi / 2 - theta
+def _series(kernel: Kernel, outer: Array, count: int, most: float) -> Array:
+    theta = _angles(count, most)
+    share, rest = np.cos(theta), np.pi / 2 - theta
     punches = punch_family(kernel).at((outer[:, None] * share).ravel() / kernel.length)
     terms = punches.flat.shape[1]
     flat, edge = (
         np.moveaxis((each * edge_signs(terms)).reshape(outer.size, count, terms), 1, 0)
         for each in (punches.flat, punches.edge)
     )
-    t, v = gauss(count + terms)
-    psi, weight = most[:, None] * (1 + t) / 2, most[:, None] / 2 * v
+    waves = _waves(kernel, outer)
+    t, v = gauss(waves.shape[2] + terms)
+    psi, weight = rest[:, None] * (1 + t) / 2, rest[:, None] / 2 * v
     basis = np.moveaxis(legvander(np.sin(psi) / share[:, None], 2 * terms - 2)[..., ::2], 2, 1)
-    waves = polynomials(_unit(np.c_[psi, most]), count - 1).reshape(count, -1)
-    bent = np.moveaxis((_waves(kernel, outer, count) @ waves).reshape(2, outer.size, count, -1), 2, 1)
+    places = polynomials(_unit(np.c_[psi, rest]), waves.shape[2] - 1).reshape(waves.shape[2], -1)
+    bent = np.moveaxis((waves @ places).reshape(2, outer.size, count, -1), 2, 1)
     cosine = np.cos(psi)[:, None]
     beside = 2 * ((flat @ basis) * (1 + cosine * bent[0, ..., :-1]) @ weight[..., None])[..., 0].T
     rising = (weight * np.cos(psi) / share[:, None])[..., None]
@@ -104,13 +108,16 @@ def _series(kernel: Kernel, outer: Array, count: int) -> Array:
     return np.stack([*scaled, 2 * outer[:, None] * stiffness], axis=1) @ nodal_transform(count).T
 
 
-def _waves(kernel: Kernel, outer: Array, count: int) -> Array:
-    """Series of c N and M/c in psi^2, shape (2, n, count)."""
+def _waves(kernel: Kernel, outer: Array) -> Array:
+    """Series of c N and M/c in psi^2, shape (2, n, terms)."""
     if kernel.homogeneous:
-        return np.zeros((2, outer.size, count))
+        return np.zeros((2, outer.size, 1))
     beta = outer / kernel.length
     table = bessel_table(0, 1, *wave_range(kernel, float(beta.min()), float(beta.max())))
     rest = kernel.remainder((table.x / beta[:, None]).ravel()).reshape(beta.size, -1) * table.w
-    cosine = np.cos(np.outer(table.x, np.sin(_angles(count)))) @ nodal_transform(count).T
-    waves = np.stack([rest * scipy.special.j0(table.x), rest * scipy.special.j1(table.x) / table.x])
-    return np.asarray(waves @ cosine)
+    waves, terms = np.stack([rest * scipy.special.j0(table.x), rest * scipy.special.j1(table.x) / table.x]), _FEWEST
+    while True:
+        series = waves @ (np.cos(np.outer(table.x, np.sin(_angles(terms)))) @ nodal_transform(terms).T)
+        if tail(np.moveaxis(series, 2, 0)) < TOLERANCE or terms >= _MOST:
+            return np.asarray(series)
+        terms *= 2

@@ -35,6 +35,9 @@ from flatpunch.punch.family import TOLERANCE
 _LEAST = 1e-12
 """Contact radius over c that is taken as none."""
 
+_ANGLE = 0.1
+"""Least range of angles of series: rounding leaves 1e-12 of 1 - U_b there, a hundred times as much with a hundredth."""
+
 
 @dataclass(frozen=True)
 class MaugisBranch:
@@ -158,7 +161,7 @@ class MaugisBranch:
         def short(x: Array, inner: Array) -> Array:
             outer = np.exp(x)
             angle = np.arccos(np.minimum(inner / outer, 1.0))
-            zone = cohesive_zone(self.kernel, outer)
+            zone = cohesive_zone(self.kernel, outer, max(_ANGLE, float(angle.max())))
             return np.asarray(self._integrals(zone, np.arange(outer.size), angle)[0] - self.range_of_action)
 
         from scipy.optimize import elementwise
@@ -174,7 +177,8 @@ class MaugisBranch:
         finer, coarse = replace(self, refinement=2)._solved(radius), self._table.at(np.log(radius))
         change = np.abs(finer - coarse)
         plain = self.evaluate(self.size(radius)[0])
-        rounding = ROUNDING * (plain.force + self.stress * np.pi * radius**2)
+        drawn = np.abs(plain.depth + self.range_of_action - coarse[:, 0])
+        rounding = ROUNDING * (plain.force + plain.stiffness * drawn + np.abs(coarse[:, 1]))
         return np.asarray(np.maximum(change[:, 1] + plain.stiffness * change[:, 0], rounding))
 
     def pressure(self, radius: float, r: Array) -> tuple[Array, Array]:
@@ -196,9 +200,15 @@ class MaugisBranch:
         """Depth from -z0 on, force and angle at c, shape (n, 3)."""
         from scipy.optimize import elementwise
 
-        zone, row = cohesive_zone(self.kernel, outer, self.refinement), np.arange(outer.size)
-        angle = np.full(outer.size, np.pi / 2)
-        gap = self._integrals(zone, row, angle)[0]
+        row, whole = np.arange(outer.size), np.pi / 2
+        # about the angle on a half-space without the tip
+        most = max(_ANGLE, float(np.sqrt(self.kernel.modulus * self.range_of_action / (self.stress * outer.min()))))
+        while True:
+            angle = np.full(outer.size, min(2 * most, whole))
+            zone = cohesive_zone(self.kernel, outer, angle[0], self.refinement)
+            gap, most = self._integrals(zone, row, angle)[0], 2 * most
+            if angle[0] == whole or (gap > self.range_of_action).all():
+                break
         touching = np.flatnonzero(gap > self.range_of_action)
         if touching.size:
 
