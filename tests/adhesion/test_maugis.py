@@ -23,6 +23,7 @@ BODIES = {
     "incompressible": fp.Medium([fp.Layer(1e6, 0.5, H)], base=fp.RigidBase()),
     "film": fp.Medium([fp.Layer(1e8, 0.3, H)], base=GEL),
     "soft": fp.Medium([fp.Layer(1e4, 0.3, H)], base=GEL),
+    "graded": fp.Medium([fp.GradedLayer(fp.ExponentialModulus(1e6, 5e6, H), 0.3, H)], base=fp.HalfSpace(5e6, 0.3)),
     "two": fp.Medium([fp.Layer(1e6, 0.3, H), fp.Layer(1e7, 0.4, H)], base=fp.HalfSpace(1e5, 0.3)),
 }
 
@@ -40,7 +41,7 @@ def test_closed_form_of_maugis(a, c, stress):
     assert found.depth.item() == pytest.approx(depth, rel=1e-10)
     assert found.force.item() == pytest.approx(force, rel=1e-10)
     assert found.adhesive_radius.item() == pytest.approx(c, rel=1e-10)
-    assert found.force_error.item() < 1e-10
+    assert found.force_error.item() < 1e-9
 
 
 def _lifted(kernel, c, r):
@@ -76,10 +77,12 @@ def test_layers_by_the_tip_on_the_surface_that_the_stress_moves(body, ratio, wid
     depth, force = contact.depth[0] - middle, contact.force[0] - np.pi * c**2 * stress
     gap = float(profile.height(np.array([c]))[0] - depth + _beside(kernel, contact, c) - end)
     found = fp.indent(BODIES[body], tip, radius=a, work_of_adhesion=stress * gap, range_of_action=gap)
-    # the pressures of the other way end with their punches' terms
-    assert found.depth.item() == pytest.approx(depth, rel=1e-9)
-    assert found.force.item() == pytest.approx(force, rel=1e-9)
-    assert found.adhesive_radius.item() == pytest.approx(c, rel=1e-9)
+    # the pressures of the other way end with their punches' terms, and integrals over graded surfaces with 1e-6
+    rtol = 1e-6 if body == "graded" else 1e-9
+    assert found.depth.item() == pytest.approx(depth, rel=rtol)
+    assert found.force.item() == pytest.approx(force, rel=rtol)
+    assert found.adhesive_radius.item() == pytest.approx(c, rel=rtol)
+    assert abs(found.force.item() / force - 1) < found.force_error.item()
 
 
 @pytest.mark.long

@@ -68,10 +68,15 @@ class CohesiveZone:
 
 def cohesive_zone(kernel: Kernel, outer: Array, most: float = np.pi / 2, refinement: int = 1) -> CohesiveZone:
     """Discs of the radii c [m], shape (n,), up to an angle, with `refinement` times as many terms as are enough."""
-    series = _series(kernel, outer, terms := _FEWEST, most)
-    while max(tail(series[i, j]) for i in range(outer.size) for j in range(2)) > TOLERANCE and terms < _MOST:
+    limit, series = tolerance(kernel), _series(kernel, outer, terms := _FEWEST, most)
+    while max(tail(series[i, j]) for i in range(outer.size) for j in range(2)) > limit and terms < _MOST:
         series = _series(kernel, outer, terms := 2 * terms, most)
     return CohesiveZone(outer, series if refinement == 1 else _series(kernel, outer, refinement * terms, most), most)
+
+
+def tolerance(kernel: Kernel) -> float:
+    """Tail of a series that needs no more terms; integrals over the response of a graded surface leave 1e-6."""
+    return 1e-6 if kernel.graded else TOLERANCE
 
 
 def _unit(angle: Array, most: float = np.pi / 2) -> Array:
@@ -114,10 +119,20 @@ def _waves(kernel: Kernel, outer: Array) -> Array:
         return np.zeros((2, outer.size, 1))
     beta = outer / kernel.length
     table = bessel_table(0, 1, *wave_range(kernel, float(beta.min()), float(beta.max())))
-    rest = kernel.remainder((table.x / beta[:, None]).ravel()).reshape(beta.size, -1) * table.w
+    kappa = table.x / beta[:, None]
+    # the slow part of graded surfaces, k/(k^2 + 1/l^2), in closed form
+    rest = (kernel.remainder(kappa.ravel()).reshape(kappa.shape) - kernel.tail * kappa / (kappa**2 + 1)) * table.w
     waves, terms = np.stack([rest * scipy.special.j0(table.x), rest * scipy.special.j1(table.x) / table.x]), _FEWEST
     while True:
         series = waves @ (np.cos(np.outer(table.x, np.sin(_angles(terms)))) @ nodal_transform(terms).T)
-        if tail(np.moveaxis(series, 2, 0)) < TOLERANCE or terms >= _MOST:
-            return np.asarray(series)
+        if tail(np.moveaxis(series, 2, 0)) < tolerance(kernel) or terms >= _MOST:
+            return np.asarray(series + kernel.tail * _slow_waves(beta[:, None], terms))
         terms *= 2
+
+
+def _slow_waves(beta: Array, terms: int) -> Array:
+    """The same for L - 1 = kappa/(kappa^2 + 1)."""
+    t = beta * np.sin(_angles(terms))
+    even = (np.exp(t - beta) + np.exp(-t - beta)) / 2
+    slow = [beta * scipy.special.k0e(beta) * even, 1 / beta - scipy.special.k1e(beta) * even]
+    return np.asarray(np.stack(slow) @ nodal_transform(terms).T)

@@ -18,11 +18,11 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
+from flatpunch._support.checks import Array, BadValue, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact
-from flatpunch.contact.adhesion.cohesive_zone import CohesiveZone, cohesive_zone
+from flatpunch.contact.adhesion.cohesive_zone import CohesiveZone, cohesive_zone, tolerance
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.profile import RoundProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
@@ -30,13 +30,13 @@ from flatpunch.contact.round.superposition import grown_pressure
 from flatpunch.numerics.chebyshev import NODES, tail
 from flatpunch.numerics.gauss import gauss
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, log_table
-from flatpunch.punch.family import TOLERANCE
 
 _LEAST = 1e-12
 """Contact radius over c that is taken as none."""
 
 _ANGLE = 0.1
-"""Least range of angles of series: rounding leaves 1e-12 of 1 - U_b there, a hundred times as much with a hundredth."""
+"""Least range of angles of series: rounding leaves 1e-12 of 1 - U_b there, a hundred times as much with a hundredth. On graded
+surfaces, where more is left than rounding, it is the whole."""
 
 
 @dataclass(frozen=True)
@@ -126,8 +126,8 @@ class MaugisBranch:
         return replace(
             whole,
             judge=lambda series: max(tail(column) for column in series.T),
-            rough=lambda piece: piece.error > TOLERANCE,
-            noise=1e-8,
+            rough=lambda piece: piece.error > tolerance(self.kernel),
+            noise=100 * tolerance(self.kernel),
             together=False,
         )
 
@@ -173,13 +173,13 @@ class MaugisBranch:
         return np.asarray(np.exp(elementwise.find_root(short, (low, high), args=(mean_radius,)).x))
 
     def error(self, radius: Array) -> Array:
-        """Change of the force, with that of the depth times K, by twice as many terms, and not less than rounding [N]."""
+        """Change of the force, with that of the depth times K, by twice as many terms, no less than tails of series [N]."""
         finer, coarse = replace(self, refinement=2)._solved(radius), self._table.at(np.log(radius))
         change = np.abs(finer - coarse)
         plain = self.evaluate(self.size(radius)[0])
         drawn = np.abs(plain.depth + self.range_of_action - coarse[:, 0])
-        rounding = ROUNDING * (plain.force + plain.stiffness * drawn + np.abs(coarse[:, 1]))
-        return np.asarray(np.maximum(change[:, 1] + plain.stiffness * change[:, 0], rounding))
+        least = tolerance(self.kernel) * (plain.force + plain.stiffness * drawn + np.abs(coarse[:, 1]))
+        return np.asarray(np.maximum(change[:, 1] + plain.stiffness * change[:, 0], least))
 
     def pressure(self, radius: float, r: Array) -> tuple[Array, Array]:
         """Pressure at distances r from the axis at one c, and its error, shape (n,) each [Pa].
@@ -202,7 +202,8 @@ class MaugisBranch:
 
         row, whole = np.arange(outer.size), np.pi / 2
         # about the angle on a half-space without the tip
-        most = max(_ANGLE, float(np.sqrt(self.kernel.modulus * self.range_of_action / (self.stress * outer.min()))))
+        least = whole if self.kernel.graded else _ANGLE
+        most = max(least, float(np.sqrt(self.kernel.modulus * self.range_of_action / (self.stress * outer.min()))))
         while True:
             angle = np.full(outer.size, min(2 * most, whole))
             zone = cohesive_zone(self.kernel, outer, angle[0], self.refinement)
