@@ -188,3 +188,8 @@ def test_what_is_solved_by_jkr_only_is_refused(body, tip):
 def test_ranges_across_the_whole_tip_are_refused():
     with pytest.raises(ValueError, match=r"range_of_action = 2 µm reaches across the gap"):
         fp.pull_off(GEL, fp.Sphere(H), work_of_adhesion=1e-3, range_of_action=2e-6)
+
+
+def test_radii_beside_the_end_of_the_tip_are_refused():
+    with pytest.raises(ValueError, match="radius = 949.9 nm is so large that adhesion acts beyond the end of the tip"):
+        fp.indent(GEL, fp.Sphere(H), radius=0.9499e-6, work_of_adhesion=1e-3, range_of_action=1e-8)

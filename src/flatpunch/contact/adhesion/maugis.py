@@ -71,6 +71,11 @@ class MaugisBranch:
         """s0 [Pa]."""
         return self.work / self.range_of_action
 
+    @property
+    def _least(self) -> float:
+        """Least range of angles of series."""
+        return np.pi / 2 if self.kernel.graded else _ANGLE
+
     @cached_property
     def opening(self) -> float:
         """c at which the surfaces first touch [m]."""
@@ -156,12 +161,12 @@ class MaugisBranch:
         return inner, np.pi * inner**2
 
     def base_radius(self, mean_radius: Array) -> Array:
-        """c of contact radii a, shape (n,)."""
+        """c of contact radii a, shape (n,); infinite beyond the largest that is solved."""
 
         def short(x: Array, inner: Array) -> Array:
             outer = np.exp(x)
             angle = np.arccos(np.minimum(inner / outer, 1.0))
-            zone = cohesive_zone(self.kernel, outer, max(_ANGLE, float(angle.max())))
+            zone = cohesive_zone(self.kernel, outer, max(self._least, float(angle.max())))
             return np.asarray(self._integrals(zone, np.arange(outer.size), angle)[0] - self.range_of_action)
 
         from scipy.optimize import elementwise
@@ -170,7 +175,8 @@ class MaugisBranch:
         high = np.minimum(np.maximum(low, np.log(self.opening)) + np.log(2), most)
         while ((more := short(high, mean_radius) < 0) & (high < most)).any():
             high = np.minimum(high + more * np.log(2), most)
-        return np.asarray(np.exp(elementwise.find_root(short, (low, high), args=(mean_radius,)).x))
+        found = np.exp(elementwise.find_root(short, (low, high), args=(mean_radius,)).x)
+        return np.asarray(np.where(more, np.inf, found))
 
     def error(self, radius: Array) -> Array:
         """Change of the force, with that of the depth times K, by twice as many terms, no less than tails of series [N]."""
@@ -202,8 +208,9 @@ class MaugisBranch:
 
         row, whole = np.arange(outer.size), np.pi / 2
         # about the angle on a half-space without the tip
-        least = whole if self.kernel.graded else _ANGLE
-        most = max(least, float(np.sqrt(self.kernel.modulus * self.range_of_action / (self.stress * outer.min()))))
+        most = max(
+            self._least, float(np.sqrt(self.kernel.modulus * self.range_of_action / (self.stress * outer.min())))
+        )
         while True:
             angle = np.full(outer.size, min(2 * most, whole))
             zone = cohesive_zone(self.kernel, outer, angle[0], self.refinement)

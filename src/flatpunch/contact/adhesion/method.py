@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING, Array, Flags, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Flags, values
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact
@@ -159,7 +159,12 @@ def _anchor(case: AdhesiveCase) -> float:
 def _radius(case: AdhesiveCase, control: Control) -> Array:
     if control.name == "radius":
         check_reach(case.indenter, control.values)
-        return case.branch.base_radius(control.values)
+        found = case.branch.base_radius(control.values)
+        if not np.isfinite(found).all():
+            first = text(float(control.values[~np.isfinite(found)][0]), "m")
+            why = "is so large that adhesion acts beyond the end of the tip, or of what is solved on this medium. Ask for less."
+            raise BadValue("radius", first, why)
+        return found
     return stable_radius(case, control.name, control.values)
 
 
