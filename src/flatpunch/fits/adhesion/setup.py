@@ -63,7 +63,10 @@ def adhesive_setup(curve: Curve, model: AdhesiveModel, limits: tuple[Array, Arra
                 raise CurveError(
                     f"{curve.name}: fewer than {FEWEST} points in contact are left by {name} = {limit:.4g}."
                 )
-    start = _Start(part, in_contact, model, limits, settings, max(s.dip for s in segments), found.turned, learnt)
+    approach = curve.taken(slice(0, found.end - found.begin))
+    start = _Start(
+        part, in_contact, approach, model, limits, settings, max(s.dip for s in segments), found.turned, learnt
+    )
     return start.setup(used, notes)
 
 
@@ -85,6 +88,7 @@ class _Start:
 
     part: Curve
     in_contact: Flags
+    approach: Curve
     model: AdhesiveModel
     limits: tuple[Array, Array]
     settings: Settings
@@ -204,14 +208,24 @@ class _Start:
         by_line = float(np.sum(above[early] ** 2))
         by_model = float(np.sum((force - objective.model.evaluate(depth, theta)[0])[early] ** 2))
         noise = np.sqrt(by_line / (n - 2))
-        # ratio of likelihoods, in the noise that the line leaves
-        if by_model - by_line <= (CLEAR * noise) ** 2:
+        # ratio of likelihoods, in the noise that the line leaves; where the approach shows hysteresis the likelier one is taken
+        needed = 0.0 if self._hysteresis(objective.split(x)[1]["contact"]) else (CLEAR * noise) ** 2
+        if by_model - by_line <= needed:
             return np.zeros(early.size, dtype=bool)
         # parameters that were fitted to the line too may let it open too early: it goes on to where readings rise above it
         later = np.flatnonzero(~early)[np.argsort(-depth[~early], kind="stable")]
         risen = np.cumsum(above[later]) > CLEAR * noise * np.sqrt(np.arange(1, later.size + 1))
         early[later[: risen.argmax() if risen.any() else None]] = True
         return np.asarray(early)
+
+    def _hysteresis(self, contact: float) -> bool:
+        """Whether the approach presses harder than the way back does, from a reading of the depth on."""
+        on, back = self.approach.taken(self.approach.depth >= contact), self.part.taken(self.in_contact)
+        if on.depth.size < FEWEST:
+            return False
+        order = np.argsort(back.depth, kind="stable")
+        above = on.force - np.interp(on.depth, back.depth[order], back.force[order])
+        return bool(above.mean() > CLEAR * above.std() / np.sqrt(above.size))
 
     def _readings(self, objective: Objective, x: Array) -> tuple[Array, Array, Array]:
         """Depth and force of readings in contact over contact point and background, and theta."""
