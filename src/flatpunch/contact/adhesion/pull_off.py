@@ -127,7 +127,7 @@ def pull_off(
     >>> silica = fp.HalfSpace(young=70e9, poisson=0.17)
     >>> lost = fp.pull_off(silica, fp.Paraboloid(radius=20e-9), work_of_adhesion=0.1, range_of_action=0.3e-9)
     >>> print(f"{lost.force / (np.pi * 0.1 * 20e-9):.3f} pi w R")
-    -1.8 pi w R
+    -1.932 pi w R
     """
     check_indenter(indenter)
     case = adhesive_case(compliance(medium), indenter, work_of_adhesion, range_of_action)
