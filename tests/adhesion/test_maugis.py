@@ -191,5 +191,7 @@ def test_ranges_across_the_whole_tip_are_refused():
 
 
 def test_radii_beside_the_end_of_the_tip_are_refused():
-    with pytest.raises(ValueError, match=r"radius = 949\.9 nm is so large that adhesion acts beyond the end of the tip"):
+    with pytest.raises(
+        ValueError, match=r"radius = 949\.9 nm is so large that adhesion acts beyond the end of the tip"
+    ):
         fp.indent(GEL, fp.Sphere(H), radius=0.9499e-6, work_of_adhesion=1e-3, range_of_action=1e-8)

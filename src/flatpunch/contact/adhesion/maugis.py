@@ -21,7 +21,7 @@ import scipy
 from flatpunch._support.checks import Array, BadValue, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
-from flatpunch.contact.adhesion.branch import AdhesiveContact
+from flatpunch.contact.adhesion.branch import AdhesiveContact, stiffness_growth
 from flatpunch.contact.adhesion.cohesive_zone import CohesiveZone, cohesive_zone, tolerance
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.profile import RoundProfile
@@ -179,13 +179,21 @@ class MaugisBranch:
         return np.asarray(np.where(more, np.inf, found))
 
     def error(self, radius: Array) -> Array:
-        """Change of the force, with that of the depth times K, by twice as many terms, no less than tails of series [N]."""
+        """Change of the force, with that of the depth times K, by twice as many terms, no less than tails of series [N].
+
+        And the force K D that is drawn times what series miss of the limit of narrow zones, D' K' = 2 pi c (1 - U)' by theta.
+        """
         finer, coarse = replace(self, refinement=2)._solved(radius), self._table.at(np.log(radius))
         change = np.abs(finer - coarse)
         plain = self.evaluate(self.size(radius)[0])
         drawn = np.abs(plain.depth + self.range_of_action - coarse[:, 0])
         least = tolerance(self.kernel) * (plain.force + plain.stiffness * drawn + np.abs(coarse[:, 1]))
-        return np.asarray(np.maximum(change[:, 1] + plain.stiffness * change[:, 0], least))
+        row = np.arange(radius.size)
+        _, _, falling, growth, _ = cohesive_zone(self.kernel, radius, self._least).at(row, np.zeros((radius.size, 1)))
+        stiffening, _ = stiffness_growth(self.kernel, self.evaluate(radius))
+        missed = np.abs(growth[:, 0] * stiffening / (2 * np.pi * radius**2 * falling[:, 0]) - 1)
+        moved = change[:, 0] + missed * drawn
+        return np.asarray(np.maximum(change[:, 1] + plain.stiffness * moved, least))
 
     def pressure(self, radius: float, r: Array) -> tuple[Array, Array]:
         """Pressure at distances r from the axis at one c, and its error, shape (n,) each [Pa].
