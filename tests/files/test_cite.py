@@ -56,6 +56,10 @@ CASES = {
         {"polonsky1999"},
     ),
     "adhesion": (lambda: fp.indent(GEL, BEAD, depth=1e-7, work_of_adhesion=1e-4), {"johnson1971"}),
+    "finite range": (
+        lambda: fp.indent(GEL, BEAD, depth=1e-7, work_of_adhesion=1e-4, range_of_action=1e-9),
+        {"johnson1971", "maugis1992"},
+    ),
     "loop": (lambda: fp.adhesion_loop(GEL, BEAD, depth=1e-7, work_of_adhesion=1e-4), {"johnson1971"}),
     "growing": (lambda: relaxing(UP), {"lee1960"}),
     "shrinking": (lambda: relaxing(DOWN), {"lee1960", "ting1966"}),

@@ -100,10 +100,10 @@ def test_pyramid_and_known_work():
     assert abs(result[YOUNG] - 5e3) < 4 * result.estimates[YOUNG].stderr
 
 
-def test_tabor_is_told():
+def test_what_the_range_of_action_changes_is_noted():
     curve = sticky(GEL, Sphere(3e-6), W, 3e-7)
     result = fit(curve, GEL, Sphere(3e-6), [YOUNG, WORK], work_of_adhesion=W, range_of_action=1e-7)
-    assert any("Tabor" in note for note in result.notes)
+    assert any("range of action the pull-off force is" in note for note in result.notes)
 
 
 def test_contacts_that_shrink_over_a_flat_end_are_named():

@@ -146,7 +146,15 @@ CALLS = {
     "pressure": (fp.pressure, {"medium": GEL, "indenter": BALL, "x": 0.0, "y": [0.0, 1e-8], "depth": 1e-8}),
     "pressure adhesive": (
         fp.pressure,
-        {"medium": BODY, "indenter": BALL, "x": 0.0, "y": 0.0, "depth": 1e-8, "work_of_adhesion": 1e-5},
+        {
+            "medium": BODY,
+            "indenter": BALL,
+            "x": 0.0,
+            "y": 0.0,
+            "depth": 1e-8,
+            "work_of_adhesion": 1e-5,
+            "range_of_action": 1e-10,
+        },
     ),
     "pull_off": (
         fp.pull_off,

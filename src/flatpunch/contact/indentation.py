@@ -62,6 +62,7 @@ class Place(TypedDict, total=False):
     radius: float | None
     method: MethodName | Method | None
     work_of_adhesion: float | None
+    range_of_action: float | None
 
 
 @overload
@@ -111,9 +112,11 @@ def indent(
     angles : int
         Number of polar angles of the outline, evenly spaced from 0.
     work_of_adhesion : float, optional
-        [J/m^2]: JKR contact of a round indenter. Depth and force may then be negative; see `flatpunch.contact.adhesion.method`.
+        [J/m^2]: adhesive contact after JKR, or with a range of action. Depth and force may then be negative; see
+        `flatpunch.contact.adhesion.method`.
     range_of_action : float, optional
-        Largest gap across which adhesion acts [m]: adds a note where JKR theory does not hold for it.
+        Largest gap z0 across which adhesion acts [m], with the stress w/z0 (Maugis-Dugdale); see `pull_off`. The result has the
+        radius within which it acts, `adhesive_radius`.
     time : array, shape (n,), optional
         Times [s], ascending: depth or force is then a history, linear in between; see `flatpunch.contact.viscoelastic`.
     relaxation : Relaxation, or sequence of Prony, StandardLinearSolid or None, optional
@@ -207,6 +210,7 @@ def pressure(
     radius: float | None = None,
     method: MethodName | Method | None = None,
     work_of_adhesion: float | None = None,
+    range_of_action: float | None = None,
     return_error: bool = False,
 ) -> Array | tuple[Array, Array]:
     """Contact pressure p(x, y) at one depth, force or mean radius.
@@ -225,14 +229,16 @@ def pressure(
         Exactly one of them.
     work_of_adhesion : float, optional
         [J/m^2]: with adhesion the pressure at the edge is minus infinity.
+    range_of_action : float, optional
+        Range of adhesion z0 [m]: the pressure is then -work_of_adhesion/z0 from the edge of the contact on, across the gap.
     return_error : bool
         Whether the estimated error of each value is returned as well.
 
     Returns
     -------
     pressure : ndarray
-        Pressure [Pa], zero outside the contact, in the broadcast shape of x and y. At the apex of a sharp round tip it is
-        infinite; closer to it than 1e-7 of the radius it is given as at that distance, and so is its error.
+        Pressure [Pa], zero where surfaces do not act on one another, in the broadcast shape of x and y. At the apex of a sharp
+        round tip it is infinite; closer to it than 1e-7 of the radius it is given as at that distance, and so is its error.
     error : ndarray
         Estimated error of each value [Pa], if `return_error`: what cells twice as wide change, by a second solution, at a given
         radius of its depth too, and the difference to boundary elements for "first-order". Errors are larger within a cell of
@@ -251,7 +257,7 @@ def pressure(
     """
     check_indenter(indenter)
     chosen = None if method is None else method_of(method)
-    physics = Physics(work_of_adhesion)
+    physics = Physics(work_of_adhesion, range_of_action)
     control = control_with(physics, chosen, indenter, depth=depth, force=force, radius=radius)
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
@@ -270,7 +276,8 @@ def pressure(
     if physics.work_of_adhesion is not None:
         from flatpunch.contact.adhesion.method import pressure as adhesive_pressure
 
-        field = PressureField(*adhesive_pressure(kernel, indenter, control, r, work=physics.work_of_adhesion))
+        adhesion = physics.work_of_adhesion, physics.range_of_action
+        field = PressureField(*adhesive_pressure(kernel, indenter, control, r, *adhesion))
     else:
         # all methods have the same pressure but for the depth that belongs to a mean radius
         if exactly_solved(kernel, indenter):

@@ -31,9 +31,9 @@ class Physics(Checked):
     Parameters
     ----------
     work_of_adhesion : float, optional
-        w [J/m^2]: the contact is adhesive (JKR).
+        w [J/m^2]: the contact is adhesive.
     range_of_action : float, optional
-        Largest gap across which adhesion acts [m].
+        Largest gap across which adhesion acts [m] (Maugis-Dugdale); without it JKR theory holds.
     relaxation : Relaxation, or sequence of Prony, StandardLinearSolid or None, optional
         psi(t) of the medium, or of each layer and the base.
     finite_strain : {"neo-hookean"}, optional

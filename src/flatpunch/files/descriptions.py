@@ -373,11 +373,8 @@ def pull_off_lines(case: Case) -> list[str]:
     if (work := case.physics.work_of_adhesion) is None:
         return []
     lost = pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.physics.range_of_action)
-    lines = [
+    return [
         f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
         + (f"; force may be off by {percent(at.force_error)}" if at.force_error > NOTABLE_FORCE else "")
         for name, at in (("force", lost.force_minimum), ("depth", lost.depth_minimum))
     ]
-    if lost.tabor is not None:
-        lines.append(f"Tabor's parameter: {lost.tabor.parameter:.3g} ({lost.tabor.regime})")
-    return lines

@@ -222,6 +222,8 @@ def _reasons(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
         yield "delafargue2004", "the surface modulus of transversely isotropic bodies"
     if facts.get("work_of_adhesion"):
         yield "johnson1971", "adhesion"
+    if facts.get("range_of_action"):
+        yield "maugis1992", "adhesion of finite range"
     if facts.get("relaxation"):
         yield "lee1960", "viscoelastic contacts that grow"
         if fitted or facts.get("shrinks"):

@@ -264,12 +264,17 @@ def _gathered(size: int, parts: list[tuple[Indices, Array]]) -> Array:
 
 
 def log_table(
-    sample: Callable[[Array], Array], reach: float = np.inf, kinks: tuple[float, ...] = (), nodes: int = 11
+    sample: Callable[[Array], Array],
+    reach: float = np.inf,
+    kinks: tuple[float, ...] = (),
+    nodes: int = 11,
+    steepest: float = 0.1,
 ) -> PiecewiseChebyshev:
     """A vector function of x = ln a, from values (n, outputs) at radii a (n,) [m].
 
     Spans of a quarter of a decade have `nodes` each: 11 leave 1e-10 of smooth functions. No radius beyond `reach` [m] is sampled.
-    At `kinks` [m] the function has kinks, beyond which it is a series in the root of the distance.
+    At `kinks` [m] the function has kinks, beyond which it is a series in the root of the distance in ln a. Slopes rise no further
+    below the root `steepest`; half of 0.1 doubles them at a kink of contacts.
     """
     end, cuts = float(np.log(reach)), np.log(kinks) if kinks else np.empty(0)
 
@@ -278,8 +283,7 @@ def log_table(
 
     def variable(low: float, high: float) -> Variable:
         before = cuts[cuts <= low]
-        # root of the distance from a kink, in ln a, below which slopes rise no further; half of it doubles the slope at a kink
-        return Root(float(before.max()), 0.1) if before.size else Plain()
+        return Root(float(before.max()), steepest) if before.size else Plain()
 
     return PiecewiseChebyshev(
         lambda x: sample(np.minimum(np.exp(x), reach)), edges, lambda low, high: nodes, variable, together=True

@@ -48,7 +48,12 @@ def loop_of(result: xr.Dataset, medium: Body, indenter: Indenter) -> xr.Dataset 
         return None
     depth, force = (None, most) if by_force else (most, None)
     return adhesion_loop(
-        medium, indenter, work_of_adhesion=float(result.attrs["work_of_adhesion"]), depth=depth, force=force
+        medium,
+        indenter,
+        work_of_adhesion=float(result.attrs["work_of_adhesion"]),
+        range_of_action=result.attrs.get("range_of_action"),
+        depth=depth,
+        force=force,
     )
 
 

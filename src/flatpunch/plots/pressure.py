@@ -87,6 +87,7 @@ def plot_pressure(
         y[:, rays],
         method=result.attrs["method"],
         work_of_adhesion=work,
+        range_of_action=result.attrs.get("range_of_action"),
         return_error=True,
         **control,
     )

@@ -1,7 +1,8 @@
-"""Adhesive contact of round indenters on homogeneous and power-law graded half-spaces (Johnson et al. 1971).
+"""Adhesive contact of round indenters on homogeneous and power-law graded half-spaces.
 
-A punch of radius a is pulled back by D from the contact without adhesion until the energy release rate,
-(1/2) D^2 K'(a)/(2 pi a), equals the work of adhesion w.
+`maugis_paraboloid` has an adhesive stress of finite range. The others are its limit of range zero (Johnson et al. 1971): a punch
+of radius a is pulled back by D from the contact without adhesion until the energy release rate, (1/2) D^2 K'(a)/(2 pi a), equals
+the work of adhesion w.
 
 See Also
 --------
@@ -46,6 +47,40 @@ def jkr_paraboloid(radius: float | Array, curvature_radius: float, modulus: floa
     return (
         np.asarray(plain.depth - np.sqrt(2 * np.pi * a * work / modulus)),
         np.asarray(plain.force - np.sqrt(8 * np.pi * work * modulus * a**3)),
+    )
+
+
+def maugis_paraboloid(
+    radius: float | Array, outer: float | Array, curvature_radius: float, modulus: float, stress: float
+) -> tuple[Array, Array, Array]:
+    """Depth [m], force [N] and gap at the end of the adhesive stress [m] of a paraboloid on a half-space (Maugis 1992).
+
+    With m^2 = c^2 - a^2, of the contact without adhesion
+
+        d = d_n - 2 s0 m/E*,      F = F_n - 2 s0 (c^2 arccos(a/c) + a m),
+        gap = (a m + (c^2 - 2 a^2) arccos(a/c))/(pi R) + 4 s0 (m arccos(a/c) - c + a)/(pi E*).
+
+    The work of adhesion is the gap times the stress, and the gap is the range of action.
+
+    Parameters
+    ----------
+    radius, outer : float or array
+        Contact radius a, and radius c within which the stress acts [m].
+    curvature_radius : float
+        R [m].
+    modulus : float
+        E* [Pa].
+    stress : float
+        Adhesive stress s0 [Pa].
+    """
+    a, c = np.asarray(radius, float), np.asarray(outer, float)
+    plain = paraboloid(a, curvature_radius, modulus)
+    m, angle = np.sqrt((c - a) * (c + a)), np.arccos(a / c)
+    opened = (a * m + (c**2 - 2 * a**2) * angle) / (np.pi * curvature_radius)
+    return (
+        np.asarray(plain.depth - 2 * stress * m / modulus),
+        np.asarray(plain.force - 2 * stress * (c**2 * angle + a * m)),
+        np.asarray(opened + 4 * stress * (m * angle - c + a) / (np.pi * modulus)),
     )
 
 

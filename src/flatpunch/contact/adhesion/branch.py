@@ -17,7 +17,7 @@ e converges slowly and K' is taken from K instead.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
@@ -68,7 +68,7 @@ class AdhesiveContact:
 
 
 class Equilibria(Protocol):
-    """All equilibria of one medium, one indenter and one work of adhesion, over a radius."""
+    """All equilibria of one medium, one indenter and one work of adhesion, over a radius: of contact, or of adhesive stress."""
 
     @property
     def kernel(self) -> Kernel:
@@ -77,6 +77,14 @@ class Equilibria(Protocol):
     @property
     def work(self) -> float:
         """Work of adhesion [J/m^2]."""
+
+    @property
+    def range_of_action(self) -> float:
+        """Gap across which adhesion acts [m]; zero in JKR theory."""
+
+    @property
+    def kinks(self) -> tuple[float, ...]:
+        """Radii [m] beyond which the branch is a series in the root of the distance; none in JKR theory."""
 
     def evaluate(self, radius: Array) -> RoundContact:
         """Contact without adhesion, shape (n,)."""
@@ -91,7 +99,7 @@ class Equilibria(Protocol):
         """Radii at which `size` gives the mean radii a0, shape (n,)."""
 
     def error(self, radius: Array) -> Array:
-        """Estimated error of the force over F_n + K D, the two terms that it is the difference of; shape (n,)."""
+        """Estimated error of the force [N], shape (n,)."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +112,8 @@ class Branch:
     kernel: Kernel
     pressed: Evaluate
     work: float
+    range_of_action: ClassVar[float] = 0.0
+    kinks: ClassVar[tuple[float, ...]] = ()
 
     def evaluate(self, radius: Array) -> RoundContact:
         """Contacts without adhesion."""

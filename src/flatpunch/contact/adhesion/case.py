@@ -10,6 +10,7 @@ from flatpunch._support.checks import ROUNDING, Array, BadValue, positive
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact, Branch, Equilibria
+from flatpunch.contact.adhesion.maugis import MaugisBranch
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import (
     PER_DECADE,
@@ -25,6 +26,7 @@ from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.profile import PowerProfile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.profile import Indenter, check_indenter
+from flatpunch.punch.basis import RELATIVE
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +44,9 @@ class AdhesiveCase:
         return self.indenter.flat
 
 
-def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCase:
+def adhesive_case(
+    kernel: Kernel, indenter: Indenter, work: float, range_of_action: float | None = None
+) -> AdhesiveCase:
     """Check the input and find the instabilities; ValueError where there is no theory or no stable contact."""
     work = positive("work_of_adhesion", work, "It is the energy per area gained by contact [J/m^2].", unit="J/m**2")
     # products of both stay representable
@@ -56,6 +60,8 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
                 "units; all quantities are in SI.",
             )
     check_indenter(indenter)
+    if range_of_action is not None:
+        return _of_finite_range(kernel, indenter, work, range_of_action)
     if not indenter.round:
         if indenter.exponent is None:
             raise ValueError(
@@ -74,6 +80,30 @@ def adhesive_case(kernel: Kernel, indenter: Indenter, work: float) -> AdhesiveCa
     profile = PowerProfile(exponent=2.0, factor=0.0) if pinned else mean_profile(indenter)
     branch = Branch(kernel, lambda radius: round_contact(kernel, profile, radius), work)
     return AdhesiveCase(kernel, indenter, branch, stability(branch, profile, indenter.reach, pinned=pinned))
+
+
+def _of_finite_range(kernel: Kernel, indenter: Indenter, work: float, range_of_action: float) -> AdhesiveCase:
+    within = check_range(kernel, indenter, range_of_action)
+    profile = mean_profile(indenter)
+    branch = MaugisBranch(kernel, profile, indenter.reach, work, within)
+    return AdhesiveCase(kernel, indenter, branch, stability(branch, profile, indenter.reach))
+
+
+def check_range(kernel: Kernel, indenter: Indenter, range_of_action: float) -> float:
+    """Return the range of action, or refuse what is solved without one only."""
+    about = (
+        "It is the largest gap across which adhesion acts [m]; without it JKR theory holds, the limit of short ranges."
+    )
+    within = positive("range_of_action", range_of_action, about, unit="m")
+    if kernel.exponent or indenter.flat or not indenter.round:
+        what = "power-law half-spaces" if kernel.exponent else f"the indenter {type(indenter).__name__}"
+        raise BadValue(
+            "range_of_action",
+            text(within, "m"),
+            f"does not go with {what}: adhesion of finite range is solved under round tips without a flat end of their own, on "
+            "half-spaces, layers and graded layers. Leave it out, which is JKR theory.",
+        )
+    return within
 
 
 def stable_radius(case: AdhesiveCase, quantity: Quantity, target: Array) -> Array:
@@ -100,8 +130,8 @@ def stable_radius(case: AdhesiveCase, quantity: Quantity, target: Array) -> Arra
 
 
 def ends_of(branch: Equilibria, stretch: Stretch, quantity: Quantity) -> tuple[float, float]:
-    """Lowest and highest depth or force of a stretch; without bounds where the stretch has none."""
-    low, high = -np.inf, np.inf
+    """Lowest and highest depth or force of a stretch; its depth begins at the range of action, its end may have no bound."""
+    low, high = -branch.range_of_action, np.inf
     if stretch.start > 0:
         low = float(value_of(branch.at(np.array([stretch.start])), quantity)[0])
     if np.isfinite(stretch.end):
@@ -123,9 +153,11 @@ def radius_on(case: AdhesiveCase, stretch: Stretch, quantity: Quantity, target: 
     sampled = value_of(branch.at(np.exp(grid)), quantity)
     upper = np.clip(np.searchsorted(sampled, target), 1, grid.size - 1)
     low, high = grid[upper - 1], grid[upper]
-    # near a minimum the quantity grows like the square of the distance
-    x = low + (high - low) * np.sqrt(np.clip((target - sampled[upper - 1]) / np.diff(sampled)[upper - 1], 0, 1))
-    scale = np.abs(sampled).max() * np.finfo(float).eps
+    # rounding of the series of a branch
+    scale = np.abs(sampled).max() * RELATIVE
+    above = target - sampled[upper - 1]
+    # near a minimum, which is prescribed as computed, the quantity grows like the square of the distance
+    x = low + (high - low) * np.sqrt(np.clip(np.where(above > scale, above, 0) / np.diff(sampled)[upper - 1], 0, 1))
     for _ in range(60):
         here = branch.at(np.exp(x))
         miss, slope = value_of(here, quantity) - target, slope_of(here, quantity)

@@ -1,13 +1,14 @@
 """The loop of approach and withdrawal of an adhesive contact, and the energy that it loses.
 
-Traction of zero range does not act before the first touch: at d = 0 under prescribed depth, or F = 0 under prescribed force, the
-contact jumps in to its first stable radius. It then follows stable stretches, jumping outwards where one ends (under stiff
-films), and on the way back inwards, until it is lost. With the energy of a contact against separated bodies,
+Adhesion acts from the gap z0 on, its range of action: at d = -z0 under prescribed depth (0 in JKR theory), or F = 0 under
+prescribed force, the contact jumps in to its first stable radius. It then follows stable stretches, jumping outwards where one
+ends (under stiff films), and on the way back inwards, until it is lost. With the energy of a contact against separated bodies,
 
     E = U - pi a^2 w,      U = U_n(a) - F_n D + K D^2/2,      U_n = int F_n dd_n,
 
-a jump at fixed depth loses the difference of E, one at fixed force that of E - F d. Pull-off is taken at fixed depth under
-either control (the machine stops while the contact is lost). The losses add up to the area of the loop.
+and dE = F dd along the branch with a range of action, a jump at fixed depth loses the difference of E, one at fixed force that of
+E - F d. Pull-off is taken at fixed depth under either control (the machine stops while the contact is lost). The losses add up to
+the area of the loop.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from flatpunch._support.threads import one_blas_thread
 from flatpunch._version import __version__
 from flatpunch.compliances import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case, ends_of, radius_on, value_of
-from flatpunch.contact.adhesion.pull_off import Instability, pull_off_of, tabor_of
+from flatpunch.contact.adhesion.pull_off import Instability
 from flatpunch.contact.adhesion.stability import Quantity, Stretch
 from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
@@ -99,7 +100,7 @@ def adhesion_loop(
     points : int
         Number of steps on each stretch of the way.
     range_of_action : float, optional
-        As for `pull_off`; adds Tabor's parameter and a note.
+        Largest gap z0 of the adhesive stress [m]: Maugis-Dugdale theory in the place of JKR, as in `pull_off`.
 
     Returns
     -------
@@ -131,7 +132,7 @@ def adhesion_loop(
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
     if quantity == "depth":
         check_deepest(medium, most)
-    case = adhesive_case(compliance(medium), indenter, work_of_adhesion)
+    case = adhesive_case(compliance(medium), indenter, work_of_adhesion, range_of_action)
     approach, back, jumps = _path(case, quantity, most)
     attributes: Plain = {
         "title": "Adhesive approach and withdrawal computed by flatpunch",
@@ -144,13 +145,12 @@ def adhesion_loop(
         "flatpunch_version": __version__,
         "notes": "",
     }
+    if range_of_action is not None:
+        attributes["range_of_action"] = range_of_action
     for jump in (jumps[0], jumps[-1]):
         radius = max(jump.radius_before, jump.radius_after)
         values = {"depth": jump.depth, "force": jump.force, "radius": radius, "energy": jump.energy}
         attributes |= {f"{jump.kind}_{key}": value for key, value in values.items()}
-    if range_of_action is not None:
-        tabor = tabor_of(case, pull_off_of(case), range_of_action)
-        attributes |= {"tabor_parameter": tabor.parameter, "dmt_force": tabor.dmt_force, "notes": tabor.note}
     columns = _columns(case, quantity, approach, back, count)
     return dataset(columns, {"step": (np.arange(columns["depth"][1].size), {})}, attributes)
 
@@ -158,15 +158,15 @@ def adhesion_loop(
 def contact_energy(case: AdhesiveCase, radius: Array) -> Array:
     """Energy E of adhesive contacts against separated bodies [J], at radii of shape (n,).
 
-    Non-round tips: along equilibria dE = F dd, from nothing.
+    Non-round tips and finite ranges of action: along equilibria dE = F dd, from nothing.
     """
-    if not case.indenter.round:
+    if not case.indenter.round or case.branch.range_of_action > 0:
 
         def work(r: Array) -> Array:
             contact = case.branch.at(r)
             return np.asarray(contact.force * contact.depth_slope)
 
-        return _up_to(work, radius)
+        return _up_to(work, radius, case.branch.kinks)
     contact = case.branch.at(radius)
     plain, back = contact.plain, contact.retraction
     elastic = -plain.force * back + plain.stiffness * back**2 / 2
@@ -182,16 +182,26 @@ def _pressing_energy(case: AdhesiveCase, radius: Array) -> Array:
         plain = case.branch.evaluate(r)
         return np.asarray(plain.force * plain.depth_slope)
 
-    return _up_to(rate, radius)
+    return _up_to(rate, radius, case.branch.kinks)
 
 
-def _up_to(rate: Callable[[Array], Array], radius: Array) -> Array:
-    """int rate dln a from zero to each radius: Gauss rules on decades; the part below 1e-10 of the radius is negligible."""
+def _up_to(rate: Callable[[Array], Array], radius: Array, kinks: tuple[float, ...]) -> Array:
+    """int rate dln a from zero to each radius: Gauss rules on decades; the part below 1e-10 of the radius is negligible.
+
+    Beyond kinks the rate is a series in the root of the distance.
+    """
     t, weights = gauss()
-    width, decades = np.log(10), 10
-    start = np.log(radius)[:, None] - width * np.arange(1, decades + 1)
-    x = start[..., None] + width / 2 * (t + 1)
-    return np.asarray(rate(np.exp(x).ravel()).reshape(x.shape) @ (weights * width / 2) @ np.ones(decades))
+    share, decades = (1 + t) / 2, np.log(10) * np.arange(-10, 1)
+    ends = np.sort(
+        np.clip(
+            np.c_[np.log(radius)[:, None] + decades, np.tile(np.log(kinks), (radius.size, 1))],
+            -np.inf,
+            np.log(radius)[:, None],
+        )
+    )
+    width = np.diff(ends)[..., None]
+    x = ends[:, :-1, None] + width * share**2
+    return np.asarray(np.sum(rate(np.exp(x).ravel()).reshape(x.shape) * width * share * weights, axis=(1, 2)))
 
 
 def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Leg], list[_Leg], list[Jump]]:
@@ -200,10 +210,11 @@ def _path(case: AdhesiveCase, quantity: Quantity, most: float) -> tuple[list[_Le
     if case.pinned:
         stretches.append(None)
     ends = [_ends(case, stretch, quantity) for stretch in stretches]
-    here = next(i for i, (low, high) in enumerate(ends) if low <= 0 <= high)
-    first, energy = _state(case, stretches[here], quantity, 0.0)
+    at = -case.branch.range_of_action if quantity == "depth" else 0.0
+    here = next(i for i, (low, high) in enumerate(ends) if low <= at <= high)
+    first, energy = _state(case, stretches[here], quantity, at)
     jumps = [Jump("jump_in", first.depth, first.force, 0.0, first.radius, -energy)]
-    approach, at = [], 0.0
+    approach = []
     while ends[here][1] < most:
         top = ends[here][1]
         approach.append(_Leg(stretches[here], at, top))
@@ -271,7 +282,8 @@ def _columns(
 ) -> dict[str, Column]:
     """Separated approach, contact, withdrawal, one after the other."""
     legs = [_sample(case, quantity, leg, count) for leg in (*approach, *back)]
-    outside = np.linspace(1.2 * min(0.0, *(float(leg[0].min()) for leg in legs)), 0.0, count)
+    first = -case.branch.range_of_action
+    outside = np.linspace(1.2 * min(first, *(float(leg[0].min()) for leg in legs)), first, count)
     lead = (outside, *np.zeros((3, count)))
     depth, force, radius, area = (np.concatenate(parts) for parts in zip(lead, *legs, strict=True))
     columns = {

@@ -1,4 +1,4 @@
-"""Adhesive contact (JKR), exact for round indenters on every medium, second order for power laws: curves and pressure.
+"""Adhesive contact, exact for round indenters on every medium, of second order for power laws: curves and pressure.
 
 By radius the whole branch of equilibria, by depth or force its stable part: what is seen while the tip is withdrawn. Where
 the depth lies below the pull-off the surfaces have separated, radius and force are zero. See `adhesion_branch`.
@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from flatpunch._support.checks import ROUNDING, Array, Flags, values
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Flags, values
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case, stable_radius
+from flatpunch.contact.adhesion.maugis import MaugisBranch
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
-from flatpunch.contact.adhesion.pull_off import pull_off_of, tabor_of
 from flatpunch.contact.adhesion.stability import QUANTITIES, Quantity
 from flatpunch.contact.curve import UNITS, Control, Curve, Extra, check_reach, first_failure, prescribed
 from flatpunch.contact.perturbation.second_order import LARGEST_SWING
@@ -54,21 +54,19 @@ def solve(
     work : float
         Work of adhesion w [J/m^2].
     range_of_action : float, optional
-        Largest gap across which the adhesive traction acts [m]: adds a note where JKR theory does not hold for it.
+        Largest gap across which the adhesive stress acts [m] (Maugis-Dugdale); JKR without it.
 
     Returns
     -------
     Curve
-        With the extra arrays `retraction`, `stable_depth` and `stable_force`.
+        With the extra arrays `retraction`, `stable_depth` and `stable_force`, and `adhesive_radius` with a range of action.
     """
-    case = adhesive_case(kernel, indenter, work)
+    case = adhesive_case(kernel, indenter, work, range_of_action)
     radius = _radius(case, control)
     touching = radius > 0
     contact = case.branch.at(np.where(touching, radius, _anchor(case)))
     depth, force, stiffness, pinned = _answers(case, control, contact, touching)
     valid, notes = _sound(case, contact, touching)
-    if range_of_action is not None and (note := tabor_of(case, pull_off_of(case), range_of_action).note):
-        notes += (note,)
     lost = ~touching & (control.name == "force")
     mean_radius, area, contour, more, doubts = _shape(case, radius, phi)
     by_depth, by_force = (touching & (pinned | _within(case, quantity, contact.radius)) for quantity in QUANTITIES)
@@ -97,11 +95,20 @@ _UNSTABLE_OUTLINE = (
 _RETRACTION = "distance by which adhesion draws the tip in, against the contact without adhesion of the same radius"
 
 
-def pressure(kernel: Kernel, indenter: Indenter, control: Control, r: Array, work: float) -> tuple[Array, Array]:
-    """Pressure at distances r from the axis, minus infinity at the edge, zero outside, and its error; shape (n,) each [Pa]."""
+def pressure(
+    kernel: Kernel, indenter: Indenter, control: Control, r: Array, work: float, range_of_action: float | None = None
+) -> tuple[Array, Array]:
+    """Pressure at distances r from the axis, and its error; shape (n,) each [Pa].
+
+    By JKR theory it is minus infinity at the edge and zero outside; with a range of action it is minus the adhesive stress from
+    the edge on, across the gap.
+    """
     if not indenter.round:
         raise ValueError("The adhesive pressure is available under round indenters only.")
-    case = adhesive_case(kernel, indenter, work)
+    case = adhesive_case(kernel, indenter, work, range_of_action)
+    if isinstance(case.branch, MaugisBranch):
+        outer = float(_radius(case, control)[0])
+        return case.branch.pressure(outer, r) if outer > 0 else (np.zeros_like(r), np.zeros_like(r))
     curve = solve(kernel, indenter, control, np.zeros(1), work)
     a = float(curve.radius[0])
     if not a > 0:
@@ -117,14 +124,19 @@ def _shape(case: AdhesiveCase, radius: Array, phi: Array) -> tuple[Array, Array,
     """Mean radius, area, outline, error estimates, and where the outline does not hold, at radii of the branch."""
     branch, touching = case.branch, radius > 0
     sound = np.zeros(radius.shape, dtype=bool)
-    if not isinstance(branch, PerturbedBranch):
-        return radius, np.pi * radius**2, np.repeat(radius[:, None], phi.size, axis=1), {}, sound
     at = np.where(touching, radius, _anchor(case))
+    contact = branch.at(at)
+    terms = np.maximum(contact.plain.force + contact.plain.stiffness * contact.retraction, np.abs(contact.force))
+    error = (("step",), np.where(touching, branch.error(at) / terms, 0.0), "1", _ERROR)
+    if not isinstance(branch, PerturbedBranch):
+        inner = np.where(touching, branch.size(at)[0], 0.0)
+        outline = np.repeat(inner[:, None], phi.size, axis=1)
+        finite: Extra = {"adhesive_radius": (("step",), radius, "m", _OUTER), "force_error": error}
+        return inner, np.pi * inner**2, outline, finite if branch.range_of_action > 0 else {}, sound
     contour, mean_radius, area = branch.shape(at, phi)
     doubts = touching & (
         (branch.weakest(at) <= 0) | (np.abs(np.log(contour / at[:, None])).max(axis=1) > LARGEST_SWING)
     )
-    error = (("step",), np.where(touching, branch.error(at), 0.0), "1", _ERROR)
     return (
         np.where(touching, mean_radius, 0.0),
         np.where(touching, area, 0.0),
@@ -133,6 +145,8 @@ def _shape(case: AdhesiveCase, radius: Array, phi: Array) -> tuple[Array, Array,
         doubts,
     )
 
+
+_OUTER = "radius within which adhesion acts, in the contact and across the gap beside it"
 
 _ERROR = "estimated error of the force over the sum of its two terms, that without adhesion and that of adhesion"
 
@@ -145,7 +159,12 @@ def _anchor(case: AdhesiveCase) -> float:
 def _radius(case: AdhesiveCase, control: Control) -> Array:
     if control.name == "radius":
         check_reach(case.indenter, control.values)
-        return case.branch.base_radius(control.values)
+        found = case.branch.base_radius(control.values)
+        if not np.isfinite(found).all():
+            first = text(float(control.values[~np.isfinite(found)][0]), "m")
+            why = "is so large that adhesion acts beyond the end of the tip, or of what is solved on this medium. Ask for less."
+            raise BadValue("radius", first, why)
+        return found
     return stable_radius(case, control.name, control.values)
 
 

@@ -28,6 +28,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
@@ -62,6 +63,8 @@ class PerturbedBranch:
     kernel: Kernel
     indenter: Indenter
     work: float
+    range_of_action: ClassVar[float] = 0.0
+    kinks: ClassVar[tuple[float, ...]] = ()
 
     @cached_property
     def angles(self) -> Angles:
@@ -148,7 +151,7 @@ class PerturbedBranch:
         return np.asarray(np.exp(x))
 
     def error(self, radius: Array) -> Array:
-        """Estimated error of the force over F_n + K D, the two terms that it is the difference of; shape (n,).
+        """Estimated error of the force [N], shape (n,).
 
         That of the contact without adhesion, and the square of the second-order change, whichever is larger; infinite where the
         outline is unstable.
@@ -160,7 +163,7 @@ class PerturbedBranch:
         depth, force, _ = self._table.at(np.log(radius)).T
         change = np.abs(force - contact.force) + contact.plain.stiffness * np.abs(depth - contact.depth)
         error = np.maximum(second_order_error(self.indenter, plain)[0], 2.5 * (change / scale) ** 2)
-        return np.where(self.weakest(radius) > 0, error, np.inf)
+        return np.where(self.weakest(radius) > 0, error * scale, np.inf)
 
     def weakest(self, radius: Array) -> Array:
         """Smallest of (D1 + D k_m)/D1 over the harmonics: not positive where the outline is unstable."""

@@ -28,6 +28,10 @@ PER_DECADE = 2 * radius_search.PER_DECADE
 """Radii per decade at which the branch is searched for turns; with half as many a narrow stable stretch may be missed."""
 
 
+_DECADES = 16
+"""Decades below the expected radius down to which the branch is searched for its first instability."""
+
+
 @dataclass(frozen=True, slots=True)
 class Stretch:
     """Stable part of the branch between two radii [m]; `end` is infinite for the outermost one."""
@@ -109,7 +113,7 @@ def _slopes(branch: Equilibria, x: Array) -> Array:
 def _extend_down(branch: Equilibria, x: Array, slopes: Array) -> tuple[Array, Array]:
     """Towards small radii until adhesion wins in both slopes and the medium is its own surface's half-space."""
     kernel = branch.kernel
-    for _ in range(16):
+    for _ in range(_DECADES):
         thin = (
             not (kernel.homogeneous or kernel.exponent) and effective_beta(kernel, np.exp(x[0]) / kernel.length) > 0.1
         )
@@ -117,6 +121,9 @@ def _extend_down(branch: Equilibria, x: Array, slopes: Array) -> tuple[Array, Ar
             return x, slopes
         more = x[0] - np.log(10) / PER_DECADE * np.arange(PER_DECADE, 0, -1)
         x, slopes = np.concatenate([more, x]), np.concatenate([_slopes(branch, more), slopes], axis=1)
+    # under tips that are steep for their adhesion, contacts of finite range come and go without a jump
+    if branch.range_of_action > 0 and slopes[1, 0] < 0:
+        return x, slopes
     raise ValueError(
         "This contact has no pull-off: towards small radii the profile rises more steeply than adhesion can follow "
         "(f must grow faster than the square root of r). Use a blunter profile."

@@ -61,14 +61,23 @@ class RoundPressure:
         self, response: Callable[[Array], Array], r: Array, order: int = 0, farthest: float = 1.0
     ) -> Array:
         """V [m] at 0 <= r, shape (n,), of R = response(kappa); `farthest` is the share of the wavenumbers that is used."""
-        kernel, beta = self.kernel, self.radius / self.kernel.length
-        first = min(0, int(np.floor(np.log(kernel.floor * beta) / np.log(4))))
-        needed = _FARTHEST if kernel.graded else max(kernel.cutoff * beta, 4.0)
-        table = bessel_table(0, self.series.size, first, 4.0 * 2.0 ** np.ceil(np.log2(needed / 4.0)))
-        used = table.x < farthest * needed
+        beta = self.radius / self.kernel.length
+        first, last = wave_range(self.kernel, beta, beta)
+        table = bessel_table(0, self.series.size, first, last)
+        used = table.x < farthest * _needed(self.kernel, beta)
         x = table.x[used]
         weights = 2 * response(x / beta) * table.w[used] * (self.series @ table.j[:, used])
         return np.asarray(weights @ scipy.special.jv(order, np.outer(x, r / self.radius)))
+
+
+def wave_range(kernel: Kernel, smallest: float, largest: float) -> tuple[int, float]:
+    """Range of wavenumber times radius that acts on radii a/l in a range: log_4 of its start, and its end."""
+    first = min(0, int(np.floor(np.log(kernel.floor * smallest) / np.log(4))))
+    return first, 4.0 * 2.0 ** np.ceil(np.log2(_needed(kernel, largest) / 4.0))
+
+
+def _needed(kernel: Kernel, beta: float) -> float:
+    return _FARTHEST if kernel.graded else max(kernel.cutoff * beta, 4.0)
 
 
 def round_pressures(kernel: Kernel, contact: RoundContact) -> list[RoundPressure]:

@@ -7,16 +7,18 @@ depth dF/dtheta = F_theta - (F_x/d_x) d_theta.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, shown
+from flatpunch._support.prefixes import text
 from flatpunch.compliances import compliance
 from flatpunch.contact import MethodName
-from flatpunch.contact.adhesion.case import adhesive_case
-from flatpunch.contact.curve import FEW_ANGLES
+from flatpunch.contact.adhesion.case import adhesive_case, check_range
+from flatpunch.contact.adhesion.pull_off import pull_off
+from flatpunch.contact.curve import FEW_ANGLES, NOTABLE_FORCE
 from flatpunch.contact.indentation import indent
 from flatpunch.fits.adhesion.branch import (
     BranchFamily,
@@ -76,6 +78,8 @@ class AdhesiveModel(FreeParameters):
         if not tip.round and tip.exponent is None:
             # says what can be done
             adhesive_case(compliance(medium), tip, self.sample.value(WORK))
+        if self.sample.physics.range_of_action is not None:
+            check_range(compliance(medium), tip, self.sample.physics.range_of_action)
         object.__setattr__(self, "method", adhesive_method(tip, self.method))
         free = [name for name in self.free if name != WORK]
         found = scaling(medium, tip, free, numbers=self.numbers)
@@ -149,7 +153,7 @@ class AdhesiveModel(FreeParameters):
                 sample.indenter,
                 depth=depth,
                 method=adhesive_method(sample.indenter, self.method),
-                **sample.physics.given,
+                **replace(sample.physics, range_of_action=None).given,
                 angles=FEW_ANGLES,
             )
         notes = [str(curve.attrs["notes"])]
@@ -158,7 +162,23 @@ class AdhesiveModel(FreeParameters):
                 "On this layer the contact goes on shrinking over the flat end of the tip before it lets go; the fit follows "
                 "it to the border of the flat only. Cut the retract where the force has fallen that far."
             )
+        if sample.physics.range_of_action is not None:
+            notes += _of_finite_range(sample)
         return ExactForce.of(curve, notes)
+
+
+def _of_finite_range(sample: Sample) -> list[str]:
+    """A note where the range of action changes the pull-off force of the JKR theory that is fitted."""
+    case = sample.medium, sample.indenter
+    within, work = sample.physics.range_of_action, sample.value(WORK)
+    by_jkr = pull_off(*case, work_of_adhesion=work).force
+    force = pull_off(*case, work_of_adhesion=work, range_of_action=within).force
+    if abs(force - by_jkr) < NOTABLE_FORCE * abs(by_jkr):
+        return []
+    return [
+        f"With this range of action the pull-off force is {text(force, 'N')}, by the JKR theory that is fitted "
+        f"{text(by_jkr, 'N')}: the work of adhesion is uncertain by about as much."
+    ]
 
 
 def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:
