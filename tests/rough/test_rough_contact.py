@@ -202,6 +202,25 @@ def test_errors_of_the_cells_cover_finer_cells(cut_off, medium):
         assert cut_off or "on cells twice as wide the area differs" in found.notes
 
 
+@pytest.mark.parametrize("hardness", [None, 0.15 * STAR])
+@pytest.mark.parametrize("periodic", [False, (True, False)])
+def test_errors_of_the_largest_pressure_at_a_border(periodic, hardness):
+    """Cells half as wide on a surface that ends: at a border the pressure has no limit but the hardness."""
+    waves = fp.self_affine(32, H, rms_slope=0.05, cut_off=8 * H, roll_off=16 * H, seed=1).heights
+    pressure = STAR * 0.05 * np.array([0.003, 0.1])
+    found, finer = (
+        fp.rough_contact(
+            HALF_SPACE, fp.Topography(refined(waves, times), H / times, periodic), pressure=pressure, hardness=hardness
+        )
+        for times in (1, 2)
+    )
+    missing = np.abs(found.max_pressure - finer.max_pressure)
+    assert (missing <= found.max_pressure_error).all()
+    no_limit = np.isinf(found.max_pressure_error.values)
+    assert no_limit[-1] == (hardness is None)
+    assert not no_limit[0]
+
+
 def test_pressure_of_a_step_loads_the_inside():
     rough = fp.Topography(fp.self_affine(32, H, rms_slope=0.1).heights, H, periodic=False)
     result = fp.rough_contact(layer(5e-6, 5 * E, base=HALF_SPACE), rough, force=1e-3, fields=True)

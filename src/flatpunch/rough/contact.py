@@ -107,7 +107,8 @@ def rough_contact(
         at the hardness, where the gap is zero), mean_gap [m], stiffness dF/dd [N/m],
         gap_stiffness -dF/d(mean gap) [N/m], energy [J] (elastic; without that of the mean pressure where this is infinite),
         patches (their number), largest_patch [m^2], max_pressure [Pa], area_error [-] of area_fraction_corrected,
-        mean_gap_error [m] and max_pressure_error [Pa] (what cells twice as wide change; NaN on less than 17 cells along a side),
+        mean_gap_error [m] and max_pressure_error [Pa] (what cells twice as wide change; NaN on less than 17 cells along a side;
+        that of max_pressure is infinite, or up to the hardness, where the contact reaches a border, the edge of a punch),
         gap_error, penetration and valid. With `fields` pressure [Pa], gap [m] and
         displacement [m], the latter relative to its mean where no depth exists.
 
