@@ -124,6 +124,14 @@ def test_folder(tmp_path):
     np.testing.assert_allclose(table[YOUNG].values[1:], 2600, rtol=0.01)
 
 
+def test_a_folder_without_curves_is_read_to_its_end(tmp_path):
+    """Each file with the reason why it is none, and no mistake of the package after the last."""
+    for name in ("a.csv", "b.csv"):
+        (tmp_path / name).write_text("way,signal\n1,2\n2,3\n3,4\n")
+    printed = run("read", tmp_path, exits=0).stdout
+    assert printed.count("not read") == 2
+
+
 def test_read_shows_each_curve_of_a_folder(tmp_path):
     for name in ("a.csv", "b.csv"):
         shutil.copy(EXAMPLES / "thin_gel.csv", tmp_path / name)

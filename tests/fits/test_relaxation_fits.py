@@ -151,6 +151,15 @@ def test_elastic_limit():
 
 
 @pytest.mark.long
+def test_large_strain_names_no_remedy_that_relaxation_excludes():
+    """A bead pressed to more than a third of the layer: the note has the error, and not the option that is refused."""
+    time, depth = np.linspace(0, 3, 200), np.linspace(-2e-7, 4.5e-7, 200)
+    force = indent(GEL, BEAD, time=time, depth=depth, relaxation=SOLID, angles=8)["force"].values
+    notes = " ".join(fit(Curve(depth, force, time=time), START, BEAD, [YOUNG], relaxation=SOLID).notes)
+    assert "less force than linear theory" in notes
+    assert "finite_strain" not in notes
+
+
 def test_what_is_refused():
     curve = ramp(SOLID)
     law = {"free": [YOUNG, TIME], "relaxation": SOLID}

@@ -115,23 +115,28 @@ def read(
     from flatpunch.fits.case import read_fit_case
     from flatpunch.fits.measured.curve import CurveError
     from flatpunch.fits.places import listed_in
-    from flatpunch.fits.reading import reading_of
 
     loaded = None if case is None else read_fit_case(case)
     reading = {} if loaded is None else loaded.reading
     places = listed_in(curve, reading)
     if plot is not None and len(places) > 1:
         raise ValueError(f"--plot goes with a single curve; {curve} holds {len(places)}.")
+    if len(places) == 1:
+        measured = places[0].read(reading)
+        say(_read(measured, loaded))
+        write_all((plot, drawn("fits.reading:measured_figure", measured, loaded, style=style)))
+        return
     for place in places:
         try:
-            measured = place.read(reading)
+            say(_read(place.read(reading), loaded))
         except CurveError as error:
-            if len(places) == 1:
-                raise
             say(f"{place.name}\n  not read: {error}")
-        else:
-            say("\n".join((measured.name, *(f"  {line}" for line in reading_of(measured, loaded).lines))))
-    write_all((plot, drawn("fits.reading:measured_figure", measured, loaded, style=style)))
+
+
+def _read(curve: Curve, case: FitCase | None) -> str:
+    from flatpunch.fits.reading import reading_of
+
+    return "\n".join((curve.name, *(f"  {line}" for line in reading_of(curve, case).lines)))
 
 
 def _announce(case: FitCase) -> None:

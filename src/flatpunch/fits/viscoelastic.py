@@ -23,6 +23,7 @@ from typing import ClassVar
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array
+from flatpunch.contact.finite_strain.correction import REMEDY
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.elastic.setup import DIP, Approached, approached
@@ -123,8 +124,9 @@ class HistoryModel(FreeParameters):
         return self.elastic.force(depth, known)
 
     def exact(self, depth: Array, values: Mapping[str, float]) -> ExactForce:
-        """Elastic force without tables, with the notes of the method."""
-        return self.elastic.exact(depth, {n: v for n, v in values.items() if n in self.elastic.free})
+        """Elastic force without tables, with the notes of the method; relaxation excludes the remedy of large strain."""
+        found = self.elastic.exact(depth, {n: v for n, v in values.items() if n in self.elastic.free})
+        return found._replace(notes=found.notes.replace(f"{REMEDY} up to there", "").replace(REMEDY, ""))
 
     def _elastic_theta(self, theta: Array) -> Array:
         return np.array([t for n, t in zip(self.free, theta, strict=True) if n in self.elastic.free])

@@ -91,6 +91,10 @@ def _in_table(place: Place, control: Control, depth: Array) -> None:
         )
 
 
+REMEDY = f"; finite_strain = '{NEO_HOOKEAN}' corrects it"
+"""What a note on large strain advises where adhesion and relaxation do not exclude it."""
+
+
 def overestimate(medium: Body, indenter: object, depth: Array, *, corrects: bool) -> tuple[str, bool] | None:
     """What linear theory is off by at the largest depth, as the end of a note, and whether the table ends before."""
     try:
@@ -105,5 +109,5 @@ def overestimate(medium: Body, indenter: object, depth: Array, *, corrects: bool
     beyond = bool(largest[0] == place.deepest)
     end = ", where the table ends," if beyond else ""
     found = f"at {text(float(largest[0]), 'm')}{end} a neo-Hookean solid takes {abs(off):.2g} % {side} force than linear theory"
-    remedy = f"; finite_strain = '{NEO_HOOKEAN}' corrects it{' up to there' if beyond else ''}" if corrects else ""
+    remedy = f"{REMEDY}{' up to there' if beyond else ''}" if corrects else ""
     return f"{found}{remedy}.", beyond
