@@ -72,6 +72,18 @@ def test_ten_problems_are_listed_and_the_rest_counted(tmp_path):
     assert "and 111 more problems" in last  # three of each layer and a missing tip
 
 
+def test_every_unknown_field_of_a_table_is_a_problem(tmp_path):
+    path = tmp_path / "case.toml"
+    unknown = "".join(f"colour{i} = 1\n" for i in range(12))
+    path.write_text(f"[[layers]]\nyuong = 1\n{unknown}", encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        read_case(path)
+    first, *lines, last = str(caught.value).splitlines()
+    assert "layers[0].yuong is no known field; did you mean 'young'?" in first
+    assert all(f"colour{i}" in line for i, line in enumerate(lines))
+    assert "and 4 more problems" in last  # three colours and the missing tip
+
+
 @pytest.mark.long
 def test_every_field_and_every_kind_of_mistake(example):
     original, path = example

@@ -54,6 +54,7 @@ def test_matrices_of_numpy(tmp_path):
     [
         (rows(Z, " "), {"unit": "nm"}, "does not state the distance of its points"),
         (rows(Z, " "), {"spacing": 1e-7}, "does not state the unit"),
+        ("X;Y;Phase [deg]\n" + rows(POINTS, ";"), {}, "names 'phase' above its numbers, and does not state the unit"),
         (rows(Z, " "), {"spacing": 1e-7, "unit": "s"}, "unit = '1 s' has the dimension of a time"),
         ("X [um] Y [um] Z [nm]\n" + rows(POINTS, " "), {"unit": "nm"}, "is not needed"),
         ("X [um] Y [um] Z [deg]\n" + rows(POINTS, " "), {}, "'deg', which has the dimension of an angle"),

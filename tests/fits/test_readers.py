@@ -90,6 +90,7 @@ def test_what_is_wrong_is_said(tmp_path):
     good = _write(tmp_path / "c.csv", ["depth (nm),force (nN)"])
     cases = [
         (tmp_path / "none.csv", {}, "no such file"),
+        (tmp_path, {}, "is a folder; fit_batch reads its files"),
         (_write(tmp_path / "c.xyz", ["depth (nm),force (nN)"]), {}, "the ending '.xyz' is none of those that are read"),
         (good, {"columns": {"force": "Lod"}}, "there is no column 'Lod' for force; there are 'depth', 'force'"),
         (good, {"columns": {"strain": "depth"}}, "'strain' is no kind of column"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import math
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +29,10 @@ _TITLE = re.compile(r"(?<![a-z])(x|y|z|height)\w*\s*[\[(/]\s*([^\s\]),;]+)", re.
 
 _EXTENT = re.compile(r"(width|height|value units)\s*[:=]\s*([^\s].*?)\s*$", re.IGNORECASE)
 """What Gwyddion writes over a matrix: the lengths of the map and the unit of its heights."""
+
+
+_NO_HEIGHTS = ("phase", "amplitude", "deflection", "friction", "lateral", "current", "error", "potential")
+"""Words in names of channels that hold no heights, though some instruments give them in metres."""
 
 
 class Scan(NamedTuple):
@@ -56,10 +61,13 @@ class Wanted(NamedTuple):
             raise ValueError(f"{name} does not state the distance of its points. Give it in metres: spacing=.")
         return self.spacing
 
-    def length(self, name: str) -> float:
-        """The length unit [m], which the file lacks."""
+    def length(self, name: str, head: Sequence[str] = ()) -> float:
+        """The length unit [m], which the file lacks, `head` being what stands above its numbers."""
         if self.metre is None:
-            raise ValueError(f"{name} does not state the unit of its heights. Give it: unit='nm', for example.")
+            other = next((word for word in _NO_HEIGHTS if any(word in line.lower() for line in head)), None)
+            found = f"names {other!r} above its numbers, and " if other else ""
+            remedy = "If they are heights all the same, give it" if other else "Give it"
+            raise ValueError(f"{name} {found}does not state the unit of its heights. {remedy}: unit='nm', for example.")
         return self.metre
 
     def check_needed(self, name: str, *, spacing: bool, unit: bool) -> None:
@@ -94,10 +102,10 @@ def _numbers(name: str, array: NDArray[Any]) -> Array:
     return np.asarray(array, dtype=float)
 
 
-def _matrix(name: str, z: Array, wanted: Wanted) -> Scan:
+def _matrix(name: str, z: Array, wanted: Wanted, head: Sequence[str] = ()) -> Scan:
     if z.ndim != 2:
         raise ValueError(f"{name} holds an array of shape {z.shape}; heights are a matrix (ny, nx).")
-    step, metre, (ny, nx) = wanted.distance(name), wanted.length(name), z.shape
+    step, metre, (ny, nx) = wanted.distance(name), wanted.length(name, head), z.shape
     return Scan(np.asarray(step * np.arange(nx)), np.asarray(step * np.arange(ny)), z * metre)
 
 
@@ -122,11 +130,11 @@ def _from_text(path: Path, wanted: Wanted) -> Scan | None:
         kind.lower(): value for line in head if (match := _EXTENT.search(line)) for kind, value in [match.groups()]
     }
     if not {"width", "height"} <= stated.keys():
-        return _matrix(path.name, table, wanted)
+        return _matrix(path.name, table, wanted, head)
     wanted.check_needed(path.name, spacing=False, unit="value units" not in stated)
     across, along = (units.named_si(f"{path.name}: {side}", stated[side], units.LENGTH) for side in ("width", "height"))
     unit = stated.get("value units")
-    metre = wanted.length(path.name) if unit is None else _metre(path.name, unit)
+    metre = wanted.length(path.name, head) if unit is None else _metre(path.name, unit)
     ny, nx = table.shape
     # rows of images run downwards; as for other formats of microscopes y begins at the first row
     return Scan(across / nx * np.arange(nx), along / ny * np.arange(ny), metre * table)
@@ -181,7 +189,7 @@ def _columns(name: str, table: Array, head: list[str], wanted: Wanted) -> Scan:
     """A map from columns x, y, z in any order; points that are missing are NaN."""
     titles = [found for line in head if len(found := _TITLE.findall(line)) == 3]
     wanted.check_needed(name, spacing=False, unit=not titles)
-    factors = [_metre(name, unit) for _, unit in titles[-1]] if titles else 3 * [wanted.length(name)]
+    factors = [_metre(name, unit) for _, unit in titles[-1]] if titles else 3 * [wanted.length(name, head)]
     x, y, z = (table * factors).T
     known: Flags = ~(np.isnan(x) | np.isnan(y))
     (columns, i), (rows, j) = (_levels(name, axis[known]) for axis in (x, y))
@@ -210,10 +218,6 @@ def _levels(name: str, along: Array) -> tuple[Array, Indices]:
             f"rows at distances such as {text(float(np.ptp(along)) / np.sqrt(along.size), 'm')}. Resample them."
         )
     return levels, number
-
-
-_NO_HEIGHTS = ("phase", "amplitude", "deflection", "friction", "lateral", "current", "error", "potential")
-"""Words in names of channels that hold no heights, though some instruments give them in metres."""
 
 
 def read_channel(path: Path, wanted: Wanted) -> Scan:

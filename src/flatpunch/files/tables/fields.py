@@ -108,12 +108,9 @@ class Table(BaseModel):
         """Refuse unknown fields before pydantic does: here the nearest known name can be suggested."""
         if not isinstance(data, Mapping):
             raise PydanticCustomError("table", "must be a table with the fields {fields}", {"fields": cls._listed()})
-        known = list(cls.model_fields)
-        for name in data:
-            if name not in known:
-                near = difflib.get_close_matches(name, known, n=1)
-                advice = f"did you mean '{near[0]}'?" if near else f"known here: {cls._listed()}."
-                raise PydanticCustomError("unknown_field", "{advice}", {"field": name, "advice": advice})
+        if unknown := [name for name in data if name not in cls.model_fields]:
+            context = {"unknown": unknown, "known": list(cls.model_fields), "listed": cls._listed()}
+            raise PydanticCustomError("unknown_fields", "unknown fields", context)
         return data
 
     @model_validator(mode="after")
@@ -181,8 +178,10 @@ _TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action"
 
 def explain(details: Sequence[ErrorDetails], data: object) -> list[Problem]:
     """Return pydantic's list of errors as sentences that name the field, its value in the file and the remedy."""
-    found = [_problem(entry, data) for entry in details[:_LISTED]]
-    more = [Problem("", f"... and {len(details) - _LISTED} more problems.")] if len(details) > _LISTED else []
+    # unknown fields of a table come as one entry
+    each = [(entry, name) for entry in details for name in entry.get("ctx", {}).get("unknown", [""])]
+    found = [_problem(entry, data, name) for entry, name in each[:_LISTED]]
+    more = [Problem("", f"... and {len(each) - _LISTED} more problems.")] if len(each) > _LISTED else []
     return [*(Problem(place, brief(text)) for place, text in found), *more]
 
 
@@ -199,13 +198,13 @@ _SHAPES = {
 }
 
 
-def _problem(entry: ErrorDetails, data: object) -> Problem:
+def _problem(entry: ErrorDetails, data: object, unknown: str) -> Problem:
     value, kind, context = entry["input"], entry["type"], entry.get("ctx", {})
     path = _path(entry["loc"], data, missing=kind == "missing")
     if kind == "value_error":
         return _value_error(path, value, context["error"])
-    if kind == "unknown_field":
-        return _unknown(path, str(context["field"]), str(context["advice"]))
+    if unknown:
+        return _unknown(path, unknown, context["known"], context["listed"])
     if kind == "missing":
         return Problem(path, f"{path} is missing{_needed(path)}.")
     if kind == "union_tag_not_found":
@@ -230,8 +229,10 @@ def _kinds(section: str) -> str:
     return ", ".join(repr(kind) for field in chosen for kind in get_args(field.annotation))
 
 
-def _unknown(path: str, field: str, advice: str) -> Problem:
+def _unknown(path: str, field: str, known: list[str], listed: str) -> Problem:
     full = _join(path, field)
+    near = difflib.get_close_matches(field, known, n=1)
+    advice = f"did you mean '{near[0]}'?" if near else f"known here: {listed}."
     if path and field in _TOP_LEVEL:
         advice = f"'{field}' belongs at the top of the file, above the first [table]."
     return Problem(full, f"{full} is no known field; {advice}")

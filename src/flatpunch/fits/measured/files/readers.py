@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from flatpunch._support.checks import Array, BadValue, mapping, non_negative, one_of, positive, shown, switch, whole
-from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, shown_path
+from flatpunch._support.reading import Unreadable, as_path, check_archive, is_file, is_folder, shown_path
 from flatpunch.files.units import LENGTH, Dimension
 from flatpunch.fits.measured.calibration import PRINTED, calibrated, ratio_of
 from flatpunch.fits.measured.columns import (
@@ -124,7 +124,8 @@ def read_curve(
     """
     path = as_path("path", path)
     if not is_file(path):
-        raise CurveError(f"{shown_path(path)}: no such file.")
+        folder = "is a folder; fit_batch reads its files." if is_folder(path) else "no such file."
+        raise CurveError(f"{shown_path(path)}: {folder}")
     if spring_constant is not None:
         spring_constant = positive("spring_constant", spring_constant, unit="N/m")
     if index is not None:
