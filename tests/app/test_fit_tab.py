@@ -69,6 +69,7 @@ def test_columns_are_chosen_in_the_form():
     problem = preview(gel(), upload)["problems"][0]
     assert problem["field"] == "curve.columns.depth"
     assert problem["text"] == "no column of depth recognised: choose one of the file's columns here."
+    assert fit_curve(gel(), True, upload)["problems"] == [problem]
     chosen = {
         "curve.columns.depth": "way",
         "curve.columns.force": "signal",

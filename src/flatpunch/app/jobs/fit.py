@@ -70,11 +70,8 @@ def preview(fields: Mapping[str, str], upload: Upload) -> Plain:
             "traces": [_drawn(*each) for each in traces(seen)],
             "read": list(seen.lines),
         }
-    except MissingColumn as error:
-        text = f"no column of {error.role} recognised: choose one of the file's columns here."
-        return {**found, "problems": [{"field": f"curve.columns.{error.role}", "text": text}]}
     except CurveError as error:
-        return {**found, "problems": [{"field": "upload", "text": str(error)}]}
+        return {**found, **_unread(error)}
     except Exception as error:
         return {**found, **explained(error, fields, dict.fromkeys(CurveTable.model_fields, "curve"))}
 
@@ -118,9 +115,17 @@ def fit_curve(fields: Mapping[str, str], run: bool, upload: Upload) -> Plain:
             curve = read_curve(path, **case.reading)
         return {"about": about, **_one(case, curve)}
     except CurveError as error:
-        return {"problems": [{"field": "upload", "text": str(error)}]}
+        return _unread(error)
     except Exception as error:
         return explained(error, fields)
+
+
+def _unread(error: CurveError) -> Plain:
+    """What is wrong with a file, beside the field of the column that it misses."""
+    if isinstance(error, MissingColumn):
+        text = f"no column of {error.role} recognised: choose one of the file's columns here."
+        return {"problems": [{"field": f"curve.columns.{error.role}", "text": text}]}
+    return {"problems": [{"field": "upload", "text": str(error)}]}
 
 
 def _looked_for(data: object) -> bool:
