@@ -32,7 +32,7 @@ def curve(name="one"):
 
 def rough():
     surface = fp.self_affine(32, 10e-9, rms_slope=0.1, cut_off=80e-9)
-    return fp.rough_contact(GEL, surface, pressure=1e3), GEL, surface
+    return fp.rough_contact(GEL, surface, pressure=1e3, fields=True), GEL, surface
 
 
 def film():
@@ -82,6 +82,7 @@ CASES = {
     ),
     "sensitivity": (lambda: fp.sensitivity(GEL, BEAD, depth=1e-7), {"barber1974"}),
     "rough": (lambda: rough()[0], {"polonsky1999", "yastrebov2017"}),
+    "stresses under it": (lambda: fp.rough_stresses(GEL, rough()[0], [1e-8]), {"polonsky1999"}),
     "theories": (lambda: fp.rough_theories(*rough()), {"persson2001", "greenwood1966"}),
     "film": (film, {"oliver1992", "king1987", "saha2002", *COATED}),
     "correction": (lambda: fp.correct(3e3, DEEP, BEAD, depth=1e-6), {"long2011", *THIN}),

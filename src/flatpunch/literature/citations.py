@@ -214,7 +214,7 @@ def _reasons(facts: Mapping[str, object]) -> Iterator[tuple[str, str]]:
     fitted = title.startswith(("Fit of", "Film"))
     yield "flatpunch", "computed with"
     yield "forsbach2023", "the method, contacts as a succession of flat punches"
-    if method in ("bem", "refined") or title.startswith("Rough contact"):
+    if method in ("bem", "refined") or title.startswith(("Rough contact", "Stresses under a rough contact")):
         yield "polonsky1999", "boundary elements, the conjugate gradients that their solver extends"
     if '"PowerLawHalfSpace"' in parts:
         yield "giannakopoulos1997", "contacts on power-law graded half-spaces"

@@ -104,7 +104,8 @@ def pull_off(
     range_of_action : float, optional
         Largest gap z0 across which adhesion acts [m], with the constant stress w/z0 (Maugis-Dugdale), some 0.2 to 1 nm for van
         der Waals forces: between JKR theory, the limit of short ranges and the default, and that of rigid bodies (DMT, Bradley).
-        Under round tips without a flat end, on all media but power-law half-spaces.
+        Where the stress is known instead, z0 is w over it. Under round tips without a flat end, on all media but power-law
+        half-spaces.
 
     Returns
     -------
