@@ -40,7 +40,7 @@ from flatpunch.contact.dataset import dataset, outlines
 from flatpunch.media import Body, underlying
 from flatpunch.punch.family import check_resolution, punch_family
 from flatpunch.rough.contact import TOLERANCE
-from flatpunch.rough.solution import flat_stiffness, operator_of
+from flatpunch.rough.solution import COUNTED, flat_stiffness, operator_of, perimeter
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,7 +77,7 @@ def conductance(medium: Body, contact: float | Array | xr.Dataset, *, conductivi
 
         Contacts of `indent` that are not round follow from their stiffness on half-spaces (Barber 2003), elsewhere from boundary
         elements, some tenths of a second each; their error is what wider cells change, and what cells make of a disc. That of
-        rough contacts is what cells twice as wide change, NaN where their number is odd.
+        rough contacts is what cells twice as wide change and the scatter of counts of cells, NaN where their number is odd.
 
     Raises
     ------
@@ -109,13 +109,15 @@ def conductance(medium: Body, contact: float | Array | xr.Dataset, *, conductivi
         columns["radius"] = values("contact", contact, unit="m")
         found, error = _of_discs(kernel, columns["radius"])
     else:
+        if "topography" not in contact.attrs and not {"radius", "phi"} <= {*contact.variables}:
+            raise TypeError("contact must be radii, or a result of indent or rough_contact; this dataset is another.")
         if contact.attrs.get("medium") != attributes["medium"]:
             raise ValueError("contact is a result for another body than medium. Give the body that it was solved for.")
         if "topography" in contact.attrs:
             found, error = _of_patches(kernel, contact)
         else:
             columns["radius"] = contact["radius"].values
-            found, error = _of_outlines(kernel, compliance(medium), contact)
+            found, error = _of_outlines(kernel, compliance(medium, membrane=True), contact)
     columns |= {"conductance": found, "error": error}
     units = {"radius": ("m", "mean contact radius"), "conductance": ("W/K", "conductance; S of currents")}
     made = {}
@@ -210,7 +212,9 @@ def _of_outlines(kernel: Kernel, elastic: Kernel, contact: xr.Dataset) -> tuple[
     found, error = _of_discs(kernel, radius)
     if (np.ptp(contour, axis=1) <= ROUNDING * radius).all():
         return found, error
-    if kernel.homogeneous and elastic.homogeneous and not {"work_of_adhesion", "relaxation"} & contact.attrs.keys():
+    # what else changes dF/dd than the outline
+    others = {"work_of_adhesion", "relaxation", "finite_strain"} & contact.attrs.keys()
+    if kernel.homogeneous and elastic.homogeneous and not others:
         return contact["stiffness"].values * (kernel.modulus / elastic.modulus), error + contact["force_error"].values
     if not np.isfinite(contour).all():
         raise ValueError(
@@ -237,7 +241,7 @@ def _with_disc(kernel: Kernel, phi: Array, outline: Array, radius: float, cells:
 
 
 def _of_patches(kernel: Kernel, contact: xr.Dataset) -> tuple[Array, Array]:
-    """Of the cells in contact; the error from every second cell, which are those of cells twice as wide."""
+    """Of the cells in contact; the error from every second cell, those of cells twice as wide, and from the count of cells."""
     if "pressure" not in contact:
         raise ValueError(
             "contact has no maps of the cells that touch. Give the result of rough_contact(..., fields=True)."
@@ -253,8 +257,10 @@ def _of_patches(kernel: Kernel, contact: xr.Dataset) -> tuple[Array, Array]:
         return found, np.full(found.size, np.nan)
     others = np.array([_of_masks(kernel, masks[:, i::2, i::2], 2 * spacing, repeats=periodic[0]) for i in (0, 1)])
     # equal where nothing touches, and where all does
-    differences = np.where(others == found, 0.0, np.abs(others - found))
-    return found, differences.max(axis=0) / np.where(found > 0, found, 1.0)
+    differences = np.where(others == found, 0.0, np.abs(others - found)).max(axis=0) / np.where(found > 0, found, 1.0)
+    # a conductance grows like the area at most
+    sides = np.array([perimeter(mask, periodic) for mask in masks])
+    return found, np.hypot(differences, (COUNTED * sides) ** 0.5 / np.maximum(masks.sum(axis=(1, 2)), 1))
 
 
 def _of_masks(kernel: Kernel, masks: Flags, spacing: float, *, repeats: bool) -> Array:

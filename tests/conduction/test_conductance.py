@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import flatpunch as fp
 from flatpunch import bem
@@ -95,6 +96,19 @@ def test_incremental_stiffness_is_the_conductance_of_half_spaces(tip):
     assert np.all(found.error.values <= contact.force_error.values + 1e-11)
 
 
+@pytest.mark.parametrize("membrane", [{"tension": 0.5}, {"stretching": 0.5}], ids=["tense", "stiff"])
+def test_membranes_and_large_strains_change_the_outline_alone(membrane):
+    gel = fp.HalfSpace(1.0, 0.5)
+    held = fp.Medium([], gel, fp.Membrane(**membrane))
+    contact = fp.indent(held, fp.Paraboloid(10.0), depth=0.1)
+    found = fp.conductance(held, contact, conductivity=[7.0])
+    assert found.conductance.values == pytest.approx(28.0 * contact.radius.values, rel=found.error.values[0])
+    small, large = (fp.indent(gel, fp.Pyramid(4, 0.7), depth=0.1, finite_strain=law) for law in (None, "neo-hookean"))
+    assert large.contour.values == pytest.approx(small.contour.values)
+    first, second = (fp.conductance(gel, each, conductivity=[7.0]) for each in (small, large))
+    assert second.conductance.values == pytest.approx(first.conductance.values, rel=second.error.values[0])
+
+
 @pytest.mark.long
 def test_error_of_pyramids_on_layers_holds():
     contact = fp.indent(COATED, fp.Pyramid(sides=3, inclination=0.2), depth=0.2)
@@ -122,6 +136,18 @@ def test_rough_contacts_on_half_spaces_follow_their_stiffness(periodic):
     stiffness = contact.gap_stiffness if periodic else contact.stiffness
     assert found.conductance.values == pytest.approx(14.0 * stiffness.values / STAR, rel=1e-5)
     assert np.all(found.error.values[1:] > 0)
+
+
+@pytest.mark.parametrize("body", [PLAIN, COATED], ids=["half-space", "coated"])
+def test_error_of_small_patches_holds(body):
+    """A paraboloid on cells, anywhere between their centres and 1 to 10 of them in radius, is a disc."""
+    own, rng, n = [7.0, 2.0] if body is COATED else [7.0], np.random.default_rng(11), 32
+    for radius in 10 ** rng.uniform(0, 1, 12):
+        x, y = np.arange(n) - n / 2 + rng.uniform(0, 1, (2, 1))
+        surface = fp.Topography(-(x**2 + y[:, None] ** 2) / 2e3, 1.0, periodic=False)
+        force = fp.indent(body, fp.Paraboloid(1e3), radius=radius).force
+        found = fp.conductance(body, fp.rough_contact(body, surface, force=force, fields=True), conductivity=own)
+        assert found.conductance.values == pytest.approx(of_discs(body, radius, own), rel=found.error.values[0])
 
 
 def test_layer_under_a_rough_contact_conducts_as_its_surface_where_patches_are_small():
@@ -171,3 +197,6 @@ def test_results_that_do_not_fit_are_refused():
     ):
         with pytest.raises(ValueError, match=says):
             fp.conductance(medium, contact, conductivity=[1.0])
+    for other in (fp.peak_stresses(PLAIN, fp.Sphere(10.0), depth=0.1), xr.Dataset()):
+        with pytest.raises(TypeError, match="result of indent or rough_contact"):
+            fp.conductance(PLAIN, other, conductivity=[1.0])
