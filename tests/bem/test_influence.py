@@ -159,3 +159,19 @@ def half_space_disc(r: float, a: float) -> float:
         return 4 * a / np.pi * ellipe((r / a) ** 2)
     m = (a / r) ** 2
     return 4 * r / np.pi * (ellipe(m) - (1 - m) * ellipk(m))
+
+
+@pytest.mark.parametrize("thickness", [1e-6, 1e-8, 1e-12, 1e-30])
+def test_what_is_far_thinner_than_the_cells_leaves_what_is_below(thickness):
+    """Of thin films and tense surfaces: 3e-7, beside the first cell."""
+    base = media.HalfSpace(1.0, 0.5)
+    alone = influence_coefficients(compliance(base), 1.0, (40, 40))
+    for body in (
+        media.Medium([media.Layer(0.1, 0.5, thickness)], base),
+        media.Medium([media.Layer(10.0, 0.5, thickness)], base),
+        media.Medium([], base, media.Membrane(tension=thickness)),
+    ):
+        found = influence_coefficients(compliance(body, membrane=True), 1.0, (40, 40)) / alone
+        assert found[0, 1:] == pytest.approx(1.0, abs=1e-6)
+        # the table ends at 1e-5 cells from the centre
+        assert found[0, 0] == pytest.approx(1.0, abs=1e-4)

@@ -112,7 +112,8 @@ def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0
     length = kernel.length
     first, last = int(np.floor(np.log(r_low) / STEP)) - 3, int(np.ceil(np.log(r_high) / STEP)) + 3
     # notation: i over x = k r, j over r, k = exp((i - j) step)
-    low = int(np.floor(np.log(1e-4 * min(kernel.floor, 1e-3) * r_low / length) / STEP))
+    # below it both L and J0 are constant
+    low = int(np.floor(np.log(1e-4 * min(1.0, min(kernel.floor, 1e-3) * r_low / length)) / STEP))
     low = max(low, int(np.log(1e-13) / STEP))
     x, w = _rule(low)
     offsets = np.arange(low - last, low + x.size - first)

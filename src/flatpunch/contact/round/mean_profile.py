@@ -108,8 +108,8 @@ def check_size(kernel: Kernel, profile: RoundProfile, control: Control, reach: f
     if target > most:
         raise UnresolvedLayer(
             f"{control.name} = {text(target, UNITS[control.name])} is far beyond this body: the contact would be wider than "
-            f"{text(resolved, 'm')}, {largest_beta(kernel):g} times its thinnest layer, the largest contact that is solved. Ask "
-            "for less, or check the units."
+            f"{text(resolved, 'm')}, {largest_beta(kernel):g} times its thinnest layer, or the reach of the membrane on it, the "
+            "largest contact that is solved. Ask for less, or check the units."
         )
 
 
