@@ -208,6 +208,7 @@ SLIDING = fp.Medium([fp.Layer(E, NU, 3e-6, bonded=False)], base=HALF_SPACE)
         (lambda c: fp.rough_stresses(HALF_SPACE, c, -1e-6), ValueError, "depths"),
         (lambda c: fp.rough_stresses(HALF_SPACE, c, 1e-6, step=1), ValueError, "step"),
         (lambda c: fp.rough_stresses(SLIDING, c, 1e-6, friction=0.1), ValueError, "Give friction = 0"),
+        (lambda c: fp.rough_stresses(fp.FreeLayer(E, NU, 1e-6), c, 1e-6), ValueError, "lifts off"),
         (lambda c: fp.rough_stresses(fp.TwoBodies(HALF_SPACE, HALF_SPACE), c, 1e-6), TypeError, "the upper one"),
         (lambda c: fp.rough_stresses(BODIES["layers on a rigid base"], c, 6e-6), ValueError, "rigid base"),
         (

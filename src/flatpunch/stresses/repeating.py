@@ -31,7 +31,7 @@ from flatpunch._support.checks import (
     whole,
 )
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.compliances.kernel import check_no_membrane
+from flatpunch.compliances import compliance
 from flatpunch.compliances.power_law import power_law_waves
 from flatpunch.compliances.stack import interfaces, layer_at, plane_at
 from flatpunch.contact.dataset import Attributes, Column, dataset
@@ -155,7 +155,7 @@ def rough_stresses(
 
 
 def _body(medium: Body, friction: float) -> Stack:
-    check_no_membrane(medium)
+    compliance(medium)  # refuses what has none
     body = underlying(medium).single
     if not body:
         raise TypeError(
