@@ -35,7 +35,7 @@ def test_sphere_on_a_half_space(friction, first, limit, place):
 @pytest.mark.parametrize("seed", range(5))
 def test_least_of_the_largest_is_that_of_another_optimiser(seed):
     stress = np.random.default_rng(seed).normal(size=(6, 40)) * np.array([1, 1, 2, 0.3, 0.5, 1])[:, None]
-    size, residual = least_of_largest(stress)
+    size, residual, _ = least_of_largest(stress)
 
     def largest(r):
         return von_mises(stress + np.array([r[0], r[1], 0, 0, 0, r[2]])[:, None]).max()
@@ -61,7 +61,7 @@ def test_points_that_decide_alike(across, size):
     x, y = (each.ravel() for each in np.meshgrid(np.linspace(-1, 1, across), np.linspace(-1, 1, across)))
     shape = size * np.exp(-2 * (x**2 + y**2))
     stress = shape * np.stack([1 + x**2, 1 + y**2, np.full(x.size, 2.0), y, x, x * y])
-    least, residual = least_of_largest(stress)
+    least, residual, _ = least_of_largest(stress)
     for step in size * np.random.default_rng(1).normal(size=(50, 3)) * np.logspace(-6, -1, 50)[:, None]:
         r = residual + step
         assert von_mises(stress + np.array([r[0], r[1], 0, 0, 0, r[2]])[:, None]).max() >= least * (1 - 1e-12)
@@ -110,3 +110,27 @@ def test_sharp_tips_have_no_limit_and_nothing_yields_without_strengths():
     assert fp.shakedown_load(STEEL, fp.Cone(0.2), fp.Strength(yield_stress=YIELD)).force == 0
     with pytest.raises(ValueError, match="strengths has no yield stress"):
         fp.shakedown_load(STEEL, TIP, fp.Strength(tensile=1.0))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("pair", [False, True], ids=["sliding film", "two bodies"])
+def test_lower_faces_of_layers_decide_where_their_stresses_are_largest(pair):
+    """Just above the face, with the stresses of the layer: no residual stress keeps them below yield at a larger load."""
+    layer = fp.Layer(20.0 if pair else 1.0, 0.3, 0.01, bonded=pair)
+    film = fp.Medium([layer], fp.HalfSpace(1.0, 0.3))
+    body = fp.TwoBodies(upper=film, lower=fp.HalfSpace(5.0, 0.3)) if pair else film
+    strengths = [fp.Strength(yield_stress=0.02 if pair else YIELD), None]
+    friction = 0.0 if pair else 0.1
+    found = fp.shakedown_load(body, TIP, [strengths, None] if pair else strengths, friction=friction)
+    assert abs(found.z) == pytest.approx(0.01, rel=1e-6)
+    x, y = (each.ravel() for each in np.meshgrid(*2 * [np.linspace(-3.5, 3.5, 71) * found.radius]))
+    inside = fp.fields(body, TIP, x, y, found.z * (1 - 1e-9), force=found.force, friction=friction)
+    stress = inside.stress.transpose("component", ...).values.reshape(6, -1)
+    least = least_of_largest(stress)[0] / strengths[0].yield_stress
+    assert least == pytest.approx(1.0, abs=found.error + 2e-3)
+
+
+@pytest.mark.long
+def test_contacts_beyond_small_strains_have_a_note():
+    found = fp.shakedown_load(STEEL, fp.Sphere(1.0), fp.Strength(yield_stress=0.25))
+    assert any("strains are no longer small" in line for line in found.notes)

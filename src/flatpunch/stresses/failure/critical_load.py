@@ -311,7 +311,7 @@ def found_by(search: Any, medium: Body, named: bool) -> CriticalLoad:
     if size == 0 or off >= 1:
         raise UnresolvedLayer(_uncertain(worst, off, layered=any(each.tops.size > 1 for each in search.bodies)))
     force, depth, radius = search.contact(size)
-    notes = _limits(medium, search.indenter, force, depth, radius)
+    notes = limits_at(medium, search.indenter, force, depth, radius)
     notes += first_failure(
         np.array([off > NOTABLE_FORCE]),
         np.array([depth]),
@@ -320,7 +320,7 @@ def found_by(search: Any, medium: Body, named: bool) -> CriticalLoad:
     return CriticalLoad(force, depth, radius, kind, layer, worst.place, margins(events, named=named), body, off, notes)
 
 
-def _limits(medium: Body, indenter: Indenter, force: float, depth: float, radius: float) -> tuple[str, ...]:
+def limits_at(medium: Body, indenter: Indenter, force: float, depth: float, radius: float) -> tuple[str, ...]:
     """Where the contact at that load is beyond the theory, or beyond what solids bear."""
     at = np.array([depth])
     mean = np.array([force / (np.pi * radius**2)])

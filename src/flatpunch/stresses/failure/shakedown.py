@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import combinations
 
 import numpy as np
@@ -25,7 +26,7 @@ from flatpunch.contact import indent
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.stresses.bodies import Side
-from flatpunch.stresses.failure.critical_load import Strengths, found_by, search_of
+from flatpunch.stresses.failure.critical_load import Strengths, found_by, limits_at, search_of
 from flatpunch.stresses.failure.events import Judged
 from flatpunch.stresses.failure.strength import Strength
 from flatpunch.stresses.points import fields, von_mises
@@ -35,6 +36,9 @@ _WIDTH, _ACROSS = 2.5, 51
 
 _DEPTHS = 24
 """Depths of each layer, from which the largest is refined."""
+
+_INSIDE = 1 - 2 * ROUNDING
+"""Depth of the lowest plane of a layer over that of its lower face, which counts as the layer below."""
 
 _METRIC = np.array([[1.0, -0.5, 0.0], [-0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
 """Q of (r_xx, r_yy, r_xy)."""
@@ -58,7 +62,10 @@ class ShakedownLoad:
     first_yield : float
         Load at which something yields for the first time [N].
     error : float
-        Estimated relative error of the stress: bounds from both sides, the upper one on points between those that were used.
+        Estimated relative error of the stress: bounds from both sides, the upper one on planes and points between those that
+        were used.
+    notes : tuple of str
+        Why the contact at that load is not valid or beyond small strains, as of `critical_load`.
 
     See Also
     --------
@@ -79,6 +86,7 @@ class ShakedownLoad:
     residual: tuple[float, float, float]
     first_yield: float
     error: float
+    notes: tuple[str, ...] = ()
 
 
 @one_blas_thread()
@@ -132,26 +140,32 @@ def shakedown_load(medium: Body, indenter: Indenter, strengths: Strengths, *, fr
     if not 0 < first.force < math.inf:
         none = (0.0, 0.0, 0.0)
         return ShakedownLoad(
-            first.force, first.depth, first.radius, first.layer, first.place[2], none, first.force, first.error
+            first.force,
+            first.depth,
+            first.radius,
+            first.layer,
+            first.place[2],
+            none,
+            first.force,
+            first.error,
+            first.notes,
         )
     problem = _Problem(medium, indenter, friction, search.bodies)
+    at_load = cache(lambda log: problem.worst(math.exp(log)))
     low = high = math.log(first.force)
     # the limit is at the first yield or above; some multiples of it are usual
-    while problem.worst(math.exp(high)).utilisation < 1:
+    while at_load(high).utilisation < 1:
         low, high = high, high + 1
-    log = (
-        low
-        if low == high
-        else scipy.optimize.brentq(lambda at: problem.worst(math.exp(at)).utilisation - 1, low, high, xtol=1e-5)
-    )
+    log = low if low == high else scipy.optimize.brentq(lambda at: at_load(at).utilisation - 1, low, high, xtol=1e-5)
     force = math.exp(log)
-    worst = problem.refined(force, problem.worst(force))
+    worst, change = problem.refined(force, at_load(log))
     contact = indent(medium, indenter, force=force, angles=1)
     depth, radius = (float(contact[name][0]) for name in ("depth", "radius"))
     z = -worst.depth if worst.judged.upper else worst.depth
     xx, yy, xy = worst.residual.tolist()
-    error = abs(worst.utilisation - 1) + first.error
-    return ShakedownLoad(force, depth, radius, worst.layer, z, (xx, yy, xy), first.force, error)
+    error = abs(worst.utilisation - 1) + change + first.error
+    notes = limits_at(medium, indenter, force, depth, radius)
+    return ShakedownLoad(force, depth, radius, worst.layer, z, (xx, yy, xy), first.force, error, notes)
 
 
 def _yielding(judged: Judged) -> Judged:
@@ -167,6 +181,8 @@ class _Worst:
     layer: int
     depth: float
     residual: Array
+    deciding: Array
+    """Points of the plane that have it, over the half side of the plane; shape (2, n)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,48 +200,65 @@ class _Problem:
             ends, planes = np.append(judged.tops, np.inf), []
             for i in judged.watched:
                 # stresses vary over depths of their own size, and those of the contact
-                last = min(ends[i + 1] * (1 - ROUNDING), 2 * (ends[i] + radius))
+                last = min(ends[i + 1] * _INSIDE, 2 * (ends[i] + radius))
                 planes += [(i, float(z)) for z in ends[i] + (last - ends[i]) * np.linspace(0, 1, _DEPTHS) ** 2]
-            found += self._on_planes(force, radius, judged, planes, _ACROSS)
+            found += self._on_planes(force, radius, judged, planes, _grid(_ACROSS))
         return max(found, key=lambda each: each.utilisation)
 
-    def refined(self, force: float, worst: _Worst) -> _Worst:
-        """The worst of planes next to one, on finer points."""
+    def refined(self, force: float, worst: _Worst) -> tuple[_Worst, float]:
+        """The worst of planes next to one: on twice as many points along a side, then also around those that decide.
+
+        With what these change.
+        """
         radius, i = float(indent(self.medium, self.indenter, force=force, angles=1).radius[0]), worst.layer
         top, bottom = np.append(worst.judged.tops, np.inf)[i : i + 2]
         step = 0.1 * min(radius + worst.depth, bottom - top)
-        depths = np.clip(worst.depth + step * np.linspace(-1, 1, 9), top, bottom * (1 - ROUNDING))
-        planes = [(i, float(z)) for z in np.unique(depths)]
-        found = self._on_planes(force, radius, worst.judged, planes, 2 * _ACROSS)
-        return max(found, key=lambda each: each.utilisation)
+        points = grid = _grid(2 * _ACROSS - 1)
+        largest = []
+        for _ in range(2):
+            depths = np.clip(worst.depth + step * np.linspace(-1, 1, 9), top, bottom * _INSIDE)
+            planes = [(i, float(z)) for z in np.unique(depths)]
+            found = self._on_planes(force, radius, worst.judged, planes, points)
+            worst = max(found, key=lambda each: each.utilisation)
+            largest.append(worst.utilisation)
+            around = worst.deciding[..., None] + _grid(9)[:, None] / (_ACROSS - 1)
+            points, step = np.hstack([grid, around.reshape(2, -1)]), step / 4
+        return worst, float(np.ptp(largest))
 
     def _on_planes(
-        self, force: float, radius: float, judged: Judged, planes: list[tuple[int, float]], across: int
+        self, force: float, radius: float, judged: Judged, planes: list[tuple[int, float]], points: Array
     ) -> list[_Worst]:
-        """Planes of one body, by layer and depth."""
+        """Planes of one body, by layer and depth, on points over their half sides."""
         depth = np.array([z for _, z in planes])
         half = _WIDTH * np.hypot(radius, depth)
-        x, y = np.meshgrid(np.linspace(-1, 1, across), np.linspace(-1, 1, across))
-        z = np.broadcast_to((-depth if judged.upper else depth)[:, None], (depth.size, x.size))
-        points = (half[:, None] * x.ravel(), half[:, None] * y.ravel(), z)
+        z = np.broadcast_to((-depth if judged.upper else depth)[:, None], (depth.size, points.shape[1]))
+        x, y = half[:, None] * points[:, None]
         side: Side = "above" if judged.upper else "below"
-        inside = fields(self.medium, self.indenter, *points, force=force, friction=self.friction, side=side)
+        inside = fields(self.medium, self.indenter, x, y, z, force=force, friction=self.friction, side=side)
         result = []
         for (i, at), stress in zip(
             planes, inside.stress.transpose("axis_0", "component", "axis_1").values, strict=True
         ):
             strength = judged.strengths[i].yield_stress
             assert strength is not None
-            size, residual = least_of_largest(stress / strength)
-            result.append(_Worst(size, judged, i, at, strength * residual))
+            size, residual, deciding = least_of_largest(stress / strength)
+            result.append(_Worst(size, judged, i, at, strength * residual, points[:, deciding]))
         return result
 
 
-def least_of_largest(stress: Array) -> tuple[float, Array]:
-    """Least, over residual stresses, of the largest von Mises stress of points, shape (6, n), and that residual stress (3,)."""
+def _grid(across: int) -> Array:
+    """Points of the square from -1 to 1, shape (2, across^2)."""
+    return np.stack(np.meshgrid(*2 * [np.linspace(-1, 1, across)])).reshape(2, -1)
+
+
+def least_of_largest(stress: Array) -> tuple[float, Array, list[int]]:
+    """Least, over residual stresses, of the largest von Mises stress of points, shape (6, n).
+
+    With that residual stress (3,), and the points that decide.
+    """
     size = float(np.abs(stress).max())
     if not np.isfinite(size):
-        return math.inf, np.zeros(3)
+        return math.inf, np.zeros(3), []
     # of unit size, as the equations mix stresses with weights
     stress = stress / (size or 1.0)
     xx, yy, zz, _, _, xy = stress
@@ -238,7 +271,7 @@ def least_of_largest(stress: Array) -> tuple[float, Array]:
         worst = int(np.argmax(sizes))
         # each point that decides raises the bound, until rounding is larger
         if bound <= before or sizes[worst] <= bound * (1 + ROUNDING):
-            return size * math.sqrt(max(sizes[worst], 0.0)), size * residual
+            return size * math.sqrt(max(sizes[worst], 0.0)), size * residual, chosen
         chosen, before = [*chosen, worst], bound
 
 
