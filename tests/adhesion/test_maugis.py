@@ -171,6 +171,31 @@ def test_pressure_has_the_force_and_is_the_stress_beside_the_contact(body):
     np.testing.assert_array_equal(beside, [-1e5, -1e5, 0.0])
 
 
+@pytest.mark.parametrize("wider", [1e-2, 1e-4, 1e-6, 1e-8])
+def test_pressure_of_narrow_rings_is_that_of_maugis(wider):
+    """As the range goes to zero; half-space, 2/pi s0 arctan of the root of (c^2 - a^2)/(a^2 - r^2) less than that of Hertz."""
+    a, tip, modulus = 0.1 * R, fp.Paraboloid(R), GEL.surface_modulus
+    c, stress = a * (1 + wider), 0.005 * modulus / np.sqrt(wider)
+    _, _, gap = maugis_paraboloid(a, c, R, modulus, stress)
+    r = a * np.array([0.0, 0.5, 0.9, 0.999, 1 - 1e-5])
+    given = {"radius": a, "work_of_adhesion": stress * gap, "range_of_action": gap}
+    found, error = fp.pressure(GEL, tip, r, 0.0, return_error=True, **given)
+    drawn = 2 / np.pi * stress * np.arctan(np.sqrt((c - a) * (c + a) / ((a - r) * (a + r))))
+    closed = 2 * modulus / (np.pi * R) * np.sqrt((a - r) * (a + r)) - drawn
+    # the gap of narrow rings is a difference in the closed form
+    np.testing.assert_allclose(found, closed, rtol=1e-5, atol=1e-7 * stress)
+    assert error.max() < 1e-4 * abs(found).max()
+
+
+def test_radii_on_layers_that_bulge_are_those_prescribed():
+    """Under a wide ring an incompressible layer rises again beside it, with a gap as wide as the range."""
+    a, tip = 6 * H, fp.Paraboloid(10 * R)
+    jkr = fp.indent(BODIES["incompressible"], tip, radius=a, work_of_adhesion=1e-3)
+    found = fp.indent(BODIES["incompressible"], tip, radius=a, work_of_adhesion=1e-3, range_of_action=1e-12)
+    assert found.radius.item() == pytest.approx(a, rel=1e-9)
+    assert found.force.item() == pytest.approx(jkr.force.item(), rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("body", "tip"),
     [

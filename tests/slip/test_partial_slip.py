@@ -154,6 +154,40 @@ def test_tractions_are_those_of_slip_outside_and_add_up_to_the_force():
     assert 2 * np.pi * np.trapezoid(q * r, r) == pytest.approx(float(found.tangential_force[0]), rel=2e-3)
 
 
+@pytest.mark.parametrize("kind", ["half-space", "film"])
+def test_traction_on_the_axis_of_sharp_tips_is_a_difference_of_infinite_pressures(kind):
+    """Cones: E*/2 tan(inclination) ln(a/c) on half-spaces; on films what is next to the axis."""
+    a, stick = 2 * H, np.array([0.6, 0.1])
+    found = fp.partial_slip(MEDIA[kind], TIPS["cone"], friction=MU, radius=a, stick_radius=stick * a, places=201)
+    axis, beside = found.traction.values[:, 0], found.traction.values[:, 1]
+    if kind == "half-space":
+        closed = -MU * SOFT.surface_modulus / 2 * np.tan(0.05) * np.log(stick)
+        np.testing.assert_allclose(axis, closed, rtol=1e-6)
+    # the traction has a horizontal tangent there
+    np.testing.assert_allclose(axis, beside, rtol=1e-3)
+
+
+@pytest.mark.parametrize("kind", ["half-space", "film"])
+def test_flat_ends_of_worn_tips_slide_as_a_whole(kind):
+    """Within a flat end nothing presses; a larger contact slides at the force of friction."""
+    tip = fp.Truncated(TIPS["cone"], 0.05 * H)
+    found = fp.partial_slip(
+        MEDIA[kind], tip, friction=MU, radius=np.array([0.5, 2.0]) * H, stick_radius=[0.0, 0.2 * H], places=3
+    )
+    np.testing.assert_array_equal(found.isel(step=0).traction, 0)
+    assert not found.valid[0]
+    assert "flat end" in found.notes
+    if kind == "half-space":
+        np.testing.assert_allclose(found.tangential_force[1], MU * found.force[1], rtol=1e-12)
+        assert bool(found.valid[1])
+        assert float(found.stick_radius[1]) == float(found.lateral_stiffness[1]) == 0
+
+
+def test_tips_sharper_than_cones_slide():
+    found = fp.partial_slip(FILM, fp.PowerLaw(0.8, 1e-3), friction=MU, radius=H, stick_radius=0.0)
+    np.testing.assert_allclose(found.tangential_force, MU * found.force, rtol=1e-12)
+
+
 def ring_traction(body, a, c, displacement, slip, rings=60):
     """Force of ring loads of uniform traction: `displacement` where r < c, the traction `slip` beyond."""
     edges = np.linspace(0, a, rings + 1)
@@ -197,6 +231,20 @@ def test_slip_that_begins_in_the_middle_is_not_valid():
     )
     np.testing.assert_array_equal(found.valid, [True, False, False])
     assert "no disc" in found.notes
+
+
+@pytest.mark.long
+def test_no_valid_step_has_tractions_beyond_friction():
+    """On layers that bend, slip of flat-nosed tips begins in the middle, before less sticks at a larger displacement."""
+    layers = [fp.Layer(0.9e9, 0.0, H), fp.Layer(0.08e9, 0.0, 1.5 * H)]
+    bending, stick = fp.Medium(layers, base=fp.HalfSpace(1e9, 0.0)), np.linspace(1, 0.1, 10)
+    a = 1.9 * H
+    found = fp.partial_slip(
+        bending, fp.PowerLaw(4.0, 1e12), friction=MU, radius=a, stick_radius=stick * a, places=21
+    ).isel(place=slice(None, -1))
+    beyond = (found.traction > MU * found.pressure * (1 + 1e-6)).any("place")
+    assert bool(beyond.any())
+    np.testing.assert_array_equal(found.valid, ~beyond)
 
 
 def test_picture_is_the_cycle_whose_energy_is_reported():

@@ -63,6 +63,35 @@ ax.legend(loc="center left")
 plt.show()
 
 # %%
+# Cones and flat ends have courses of their own: sphere and cone after Hu 2010, and a flat end that seals the gel below it after
+# Lai and Hu 2017. Time is over a^2/D, a the radius of the contact. All pass from the incompressible to the drained force; the
+# flat end is the first half way and the last at the end.
+SPAN = np.geomspace(1e-4, 1e2, 200)
+LEFT = {
+    "sphere": 0.491 * np.exp(-0.908 * np.sqrt(SPAN)) + 0.509 * np.exp(-1.679 * SPAN),
+    "cone": 0.493 * np.exp(-0.822 * np.sqrt(SPAN)) + 0.507 * np.exp(-1.348 * SPAN),
+    "flat end": 0.242 * np.exp(-3.13 * SPAN)
+    + 0.536 * np.exp(-1.71 * np.sqrt(SPAN))
+    - 0.043 * np.exp(-12.8 * np.cbrt(SPAN))
+    + 0.266 * np.exp(-0.892 * SPAN**0.25),
+}
+TIPS = {"sphere": BEAD, "cone": fp.Cone(inclination=np.radians(20)), "flat end": fp.Cylinder(radius=0.5e-3)}
+figure, ax = plt.subplots(figsize=(5.6, 3.8), layout="constrained")
+for name, left in LEFT.items():
+    first, last = (
+        float(fp.indent(fp.HalfSpace(young=2 * SHEAR * (1 + nu), poisson=nu), TIPS[name], depth=DEPTH).force[0])
+        for nu in (0.5, POISSON)
+    )
+    print(
+        f"{name}: {1e3 * first:.2f} to {1e3 * last:.2f} mN, half of the way at t = {np.interp(-0.5, -left, SPAN):.2f} a^2/D"
+    )
+    ax.semilogx(SPAN, last + (first - last) * left, label=name)
+ax.set_xlabel("time over a^2/D")
+ax.set_ylabel("force (N)")
+ax.legend()
+plt.show()
+
+# %%
 # On a layer that is bonded to glass only the ends are known. Their ratio is 2 (1 - nu) on a half-space, and grows where the
 # layer is thin, as an incompressible one can only flow aside: the same network relaxes much further.
 for thickness in (10e-3, 1e-3, 0.3e-3):

@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array, BadValue, Indices
+from flatpunch._support.checks import ROUNDING, Array, BadValue, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
 from flatpunch.contact.adhesion.branch import AdhesiveContact, Branch, stiffness_growth
@@ -26,7 +26,7 @@ from flatpunch.contact.adhesion.cohesive_zone import CohesiveZone, cohesive_zone
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.profile import RoundProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
-from flatpunch.contact.round.superposition import grown_pressure
+from flatpunch.contact.round.superposition import grown_pressure, punch_pressure
 from flatpunch.numerics.chebyshev import NODES, tail
 from flatpunch.numerics.gauss import gauss
 from flatpunch.numerics.piecewise import PiecewiseChebyshev, log_table
@@ -172,9 +172,10 @@ class MaugisBranch:
         from scipy.optimize import elementwise
 
         most, low = np.log(largest_radius(self.kernel, self.reach)), np.log(mean_radius)
-        high = np.minimum(np.maximum(low, np.log(self.opening)) + np.log(2), most)
+        # from narrow rings on: layers that bulge beside wide ones may close the gap again
+        high, width = low, ROUNDING
         while ((more := short(high, mean_radius) < 0) & (high < most)).any():
-            high = np.minimum(high + more * np.log(2), most)
+            low, high, width = np.where(more, high, low), np.minimum(high + more * width, most), 10 * width
         found = np.exp(elementwise.find_root(short, (low, high), args=(mean_radius,)).x)
         return np.asarray(np.where(more, np.inf, found))
 
@@ -214,17 +215,35 @@ class MaugisBranch:
     def pressure(self, radius: float, r: Array) -> tuple[Array, Array]:
         """Pressure at distances r from the axis at one c, and its error, shape (n,) each [Pa].
 
-        The uniform tension on the disc c, and in the contact the pressure under the tip on the surface that this draws up.
+        In the contact it is that without adhesion less s0 times that of the punches of the radii from a to c; beside it -s0.
         """
-        zone, inner = cohesive_zone(self.kernel, np.array([radius])), float(self.size(np.array([radius]))[0][0])
+        angle = float(self._table.at(np.log(np.array([radius])))[0, 2])
+        inner = float(self.size(np.array([radius]))[0][0])
+        pressed, error = grown_pressure(self.kernel, self.evaluate, inner, r)
+        inside, drawn = r < inner, (r < radius).astype(float)
+        places = np.append(r[inside], inner)
+        fine, rough = (self._drawn(radius, angle, places, fewer=each) for each in (False, True))
+        drawn[inside] = fine[:-1]
+        missed = max(abs(float(fine[-1]) - 1), tolerance(self.kernel))
+        error[inside] += self.stress * (np.abs(rough - fine) + missed * fine)[:-1]
+        return pressed - self.stress * drawn, error
 
-        def evaluate(b: Array) -> RoundContact:
-            plain, angle = self.evaluate(b), np.arccos(b / radius)
-            growth = zone.at(np.zeros(1, int), angle[None])[3][0] / np.tan(angle)
-            return replace(plain, depth_slope=plain.depth_slope + self.stress * growth)
+    def _drawn(self, outer: float, angle: float, r: Array, *, fewer: bool) -> Array:
+        """int q_c p_b(r) db over the radii b from the contact to c, shape of r; 1 at the edge of the contact.
 
-        grown, error = grown_pressure(self.kernel, evaluate, inner, r)
-        return np.asarray(grown - np.where(r < radius, self.stress, 0.0)), error
+        With sin(theta) = sqrt(1 - (r/c)^2) sin(phi) the root at the edge of each punch is gone.
+        """
+        sine = np.sqrt((1 - r / outer) * (1 + r / outer))[:, None]
+        zone = cohesive_zone(self.kernel, np.array([outer]), max(self._least, angle))
+        end = np.arcsin(np.minimum(np.sin(angle) / sine, 1.0))
+        t, weights = gauss(max(zone.series.shape[2], NODES))
+        phi = end * (1 + t) / 2
+        theta = np.arcsin(sine * np.sin(phi))
+        b = outer * np.cos(theta)
+        height = np.minimum(outer * sine * np.cos(phi) / b, 1.0)
+        growth = zone.at(np.zeros(1, int), theta.reshape(1, -1))[3].reshape(theta.shape)
+        pressed = punch_pressure(self.kernel, b.ravel(), height.ravel(), fewer=fewer).reshape(theta.shape)
+        return np.asarray(self.kernel.modulus / np.pi * (growth * pressed / b * end / 2) @ weights)
 
     def _solved(self, outer: Array) -> Array:
         """Depth from -z0 on, force and angle at c, shape (n, 3)."""

@@ -18,7 +18,7 @@ import numpy as np
 import scipy
 from numpy.polynomial import chebyshev
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliances import Kernel
 from flatpunch.contact.round.profile import NODES, RoundProfile, SampledProfile
 from flatpunch.contact.round.round_contact import RoundContact
@@ -107,7 +107,8 @@ def on_moved_surface(profile: RoundProfile, moved: Callable[[Array], Array], rad
 
     return SampledProfile(
         lambda r: profile.height(r) - chebyshev.chebval(within(r), change),
-        lambda r: profile.slope(r) - r * chebyshev.chebval(within(r), slope),
+        # on the axis slopes may be infinite
+        lambda r: profile.slope(np.maximum(r, ROUNDING * radius)) - r * chebyshev.chebval(within(r), slope),
         getattr(profile, "rings", ()),
         NODES,
     )

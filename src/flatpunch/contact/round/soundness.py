@@ -42,7 +42,7 @@ def soundness(kernel: Kernel, evaluate: Callable[[Array], Loading], contact: Loc
     )
     touching = contact.radius > 0
     live = contact.radius[touching]
-    if kernel.homogeneous or not live.size or _punches_press(kernel, live):
+    if kernel.homogeneous or not live.size or _all_press(kernel, evaluate, live):
         return ~turning, notes
     pulling = np.zeros_like(turning)
     pulling[touching] = _tension(kernel, evaluate, live)
@@ -50,11 +50,13 @@ def soundness(kernel: Kernel, evaluate: Callable[[Array], Loading], contact: Loc
     return ~(turning | pulling), notes
 
 
-def _punches_press(kernel: Kernel, radii: Array) -> bool:
-    """Whether no flat punch of the loading history pulls anywhere; then the contact does not either."""
+def _all_press(kernel: Kernel, evaluate: Callable[[Array], Loading], radii: Array) -> bool:
+    """Whether no flat punch of the loading history pulls anywhere or is drawn back; then the contact does not pull either."""
     small = 0.1 * kernel.length / max(effective_beta(kernel, 1.0), 1.0)
     start = min(small, radii.min())
     path = np.geomspace(start, radii.max(), 2 + int(PER_DECADE * np.log10(radii.max() / start)))
+    if (evaluate(path).depth_slope < 0).any():
+        return False
     return punch_family(kernel).lowest_pressure(path / kernel.length) >= 0
 
 

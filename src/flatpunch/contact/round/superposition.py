@@ -28,7 +28,10 @@ from flatpunch.punch.family import punch_family
 from flatpunch.punch.matrix import effective_beta
 
 _DECADES = 8.0
-"""Decades of the radius back to which the history counts; nearer to the axis than that the pressure is taken as constant."""
+"""Decades of the radius back to which the history counts."""
+
+NEAREST = 10 ** (1 - _DECADES)
+"""Distance from the axis over the radius below which the pressure is taken as constant."""
 
 
 _DEGREE = 7
@@ -198,7 +201,7 @@ def superpose(kernel: Kernel, history: History, r: Array, phi: Array, *, coarse:
 
 
 def _chunk(kernel: Kernel, history: History, r: Array, phi: Array, edge: Array, coarse: int) -> Array:
-    r = np.maximum(r, edge * 10 ** (1 - _DECADES))
+    r = np.maximum(r, edge * NEAREST)
     start = _first_touch(history, r, phi)
     top = np.arccosh(np.exp(np.log(history.radius) - start))
     rate = history.rough if coarse else history.rate

@@ -105,7 +105,7 @@ class PartialContact:
     def turning(self) -> float:
         """Largest stick radius at which less sticks under a smaller displacement [m]; 0 where slip spreads from the rim."""
         radius = self.radius * np.arange(1, _CHECKED + 1) / _CHECKED
-        return float(np.max(radius, where=self.sticking(radius).depth_slope <= 0, initial=0.0))
+        return float(np.max(radius, where=self.sticking(radius).depth_slope < 0, initial=0.0))
 
     def stick_radius(self, quantity: str, target: Array) -> Array:
         """Stick radii at which T/mu or delta/(mu rho) has values >= 0, shape (n,); 0 where the contact slides."""

@@ -34,7 +34,7 @@ from flatpunch.contact.methods import Exact
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.contact.round.soundness import soundness
-from flatpunch.contact.round.superposition import grown_pressure
+from flatpunch.contact.round.superposition import NEAREST, grown_pressure
 from flatpunch.contact.slip.partial_contact import PartialContact
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
@@ -139,7 +139,8 @@ def partial_slip(
     _check_most(quantity, wanted, curve, row, mu)
     profile, rho = mean_profile(indenter), np.arange(count) / max(count - 1, 1)
     found, tractions, sound = np.zeros((len(_COLUMNS), steps)), np.zeros((2, steps, count)), curve.valid[row]
-    for i in np.flatnonzero(curve.radius > 0):
+    # within a flat end no force presses
+    for i in np.flatnonzero(curve.force > 0):
         contact = PartialContact(kernel, tangential, profile, round_contact(kernel, profile, curve.radius[i : i + 1]))
         here = np.flatnonzero(row == i)
         found[:, here], held = _solved(contact, mu, quantity, wanted[here])
@@ -150,7 +151,7 @@ def partial_slip(
         ~sound & curve.valid[row],
         found[2],
         "slip does not spread from the rim alone, as the film bends: the stick zone is no disc, or was none before.",
-        ("stick radius", "m"),
+        ("stick zone", "m"),
     )
     return _result(medium, indenter, mu, curve, row, found, sound, tractions, rho, notes)
 
@@ -233,6 +234,8 @@ def _solved(contact: PartialContact, mu: float, quantity: str, wanted: Array) ->
         stick = np.minimum(wanted, contact.radius)
     else:
         stick = contact.stick_radius(quantity, wanted / (mu if quantity == "tangential_force" else mu * ratio))
+    # a flat end without any force left slides as a whole
+    stick = np.where(contact.sticking(stick).force == 0, 0.0, stick)
     held = contact.sticking(stick)
     pulled = np.maximum(most - mu * held.force, 0.0)
     moved = np.maximum(sliding - mu * ratio * held.depth, 0.0)
@@ -253,7 +256,8 @@ def _solved(contact: PartialContact, mu: float, quantity: str, wanted: Array) ->
 
 def _tractions(contact: PartialContact, mu: float, stick: Array, rho: Array) -> Array:
     """Pressure and traction [Pa] at shares rho of the radius, for stick radii of shape (n,); shape (2, n, places)."""
-    r = rho * contact.radius
+    # sharp tips have infinite pressures on the axis, whose difference is finite
+    r = np.maximum(rho, NEAREST) * contact.radius
     normal, _ = grown_pressure(
         contact.kernel, lambda a: round_contact(contact.kernel, contact.profile, a), contact.radius, r
     )
