@@ -62,3 +62,13 @@ def test_extreme_scales_are_refused(medium, tip, work, message):
 def test_constructors_refuse_extreme_scales(make, message):
     with pytest.raises(ValueError, match=message):
         make()
+
+
+@pytest.mark.parametrize("more", [{}, {"range_of_action": 1e-9}])
+def test_a_thin_film_that_sinks_with_its_soft_base_holds(more):
+    """At no force adhesion draws the tip in by more than four times the thickness of a film, which is not pressed through."""
+    gel = fp.Medium([fp.Layer(5e4, 0.5, 5e-9)], fp.HalfSpace(5e3, 0.5))
+    found = fp.indent(gel, fp.Paraboloid(5e-6), force=[-1e-10, 0.0, 1e-10], work_of_adhesion=1e-5, **more)
+    assert (found.depth > 20e-9).all()
+    assert found.valid.all()
+    assert "pressed through" not in found.notes

@@ -44,7 +44,7 @@ class Curve:
     """A solved indentation: arrays of shape (n,), outline of shape (n, p), and sentences about its limits.
 
     `valid` is False at steps where the theory does not hold (the notes say why); `extra` holds further arrays of a method,
-    each with its dimensions, unit and description.
+    each with its dimensions, unit and description. `pressing` is the force without adhesion at the same radius, where it differs.
     """
 
     depth: Array
@@ -56,6 +56,7 @@ class Curve:
     valid: Flags
     notes: tuple[str, ...] = ()
     extra: Extra = field(default_factory=dict)
+    pressing: Array | None = None
 
 
 def control_from(*, depth: object, force: object, radius: object) -> Control:

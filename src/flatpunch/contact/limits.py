@@ -91,7 +91,8 @@ def judged(curve: Curve, medium: Body, indenter: Indenter) -> Curve:
         )
     valid = curve.valid & finite & known & ~inside
     # a force that is not known says nothing about the layers
-    through = np.where(known, compression(medium, curve.depth, curve.force, curve.radius), 0.0)
+    pressing = curve.force if curve.pressing is None else curve.pressing
+    through = np.where(known, compression(medium, curve.depth, pressing, curve.radius), 0.0)
     notes += first_failure(
         through >= 1,
         curve.depth,

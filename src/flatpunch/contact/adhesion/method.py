@@ -85,6 +85,7 @@ def solve(
             "stable_force": (("step",), by_force, "", "whether the contact is stable under prescribed force"),
             **more,
         },
+        pressing=np.where(touching, contact.plain.force, 0.0),
     )
 
 
