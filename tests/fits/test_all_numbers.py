@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.designs.variables import variables
+from flatpunch.designs.statement import variables
 from flatpunch.fits import parameter_names
 from flatpunch.fits.parameters.sample import Scale, ends, numbers_in
 from flatpunch.fits.report.table import label
