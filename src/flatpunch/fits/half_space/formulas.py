@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -52,10 +51,6 @@ def half_space_models(indenter: Indenter) -> dict[str, Force]:
             "rico": lambda d: _slope(indenter) / math.sqrt(2) * d**2,
         }
     return {}
-
-
-def _scaled(model: Force, star: float, depth: Array, young: float) -> Array:
-    return np.asarray(young * star * model(depth))
 
 
 def half_space_model(indenter: Indenter, name: str | None = None) -> Force:
@@ -240,10 +235,12 @@ def compare_formulas(
     medium, top = layer_on_top(medium)
     young, poisson = young_and_poisson(top)
     star = 1 / (1 - poisson**2)
-    laws = [
-        Formula(name.capitalize(), partial(_scaled, model, star), "no correction")
-        for name, model in half_space_models(indenter).items()
-    ]
+
+    def alone(model: Force) -> Callable[[Array, float], Array]:
+        return lambda d, young: young * star * model(d)
+
+    models = half_space_models(indenter).items()
+    laws = [Formula(name.capitalize(), alone(model), "no correction") for name, model in models]
     laws += _of_one_layer(medium, indenter)
     given = {"depth": depth, "force": force, "radius": radius}
     control: Plain = {name: values for name, values in given.items() if values is not None}
