@@ -12,8 +12,7 @@ from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel
-from flatpunch.fits.elastic import model as elastic_model
-from flatpunch.fits.elastic.model import ForwardModel
+from flatpunch.fits.elastic.model import ForwardModel, table_of
 from flatpunch.fits.parameters.sample import Sample, Scale, ends
 from flatpunch.fits.parameters.settings import FitMethod, Free
 from flatpunch.fits.viscoelastic import HistoryModel
@@ -28,16 +27,7 @@ def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Mod
     """The forward model of a case, kept for the next curve; starting values in `free` differ from those of the sample."""
     sample.check(free)
     starts = {name: real(name, f.start) for name, f in free.items() if f.start is not None}
-    started = sample.replaced(starts)
-    try:
-        return _kept(started, tuple(free), method)
-    except TypeError:
-        return _made(started, tuple(free), method)
-
-
-@byte_cached
-def _kept(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
-    return _made(sample, free, method)
+    return _made(sample.replaced(starts), tuple(free), method)
 
 
 def forget_models() -> None:
@@ -45,11 +35,12 @@ def forget_models() -> None:
 
     Interpolation moves results by up to the tables' 1e-9; after this call they are those of a new process, to the last digit.
     """
-    _kept.cache_clear()
-    elastic_model.forget_tables()
+    _made.cache_clear()
+    table_of.cache_clear()
     branch.forget_tables()
 
 
+@byte_cached
 def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
     if sample.adhesive:
         return AdhesiveModel(sample, free, method)

@@ -148,8 +148,7 @@ def plot_measured(curve: Curve, case: FitCase | None = None, axes: Axes | None =
     (far, length), (strong, newton) = scale_of(curve.depth, "m"), scale_of(curve.force, "N")
     for name, depth, force in traces(reading):
         drawn.plot(depth * far, force * strong, label=name, **_DRAWN[name])
-    drawn.set_xlabel(f"position of the tip ({length})")
-    drawn.set_ylabel(f"normal force $F$ ({newton})")
+    drawn.set(xlabel=f"position of the tip ({length})", ylabel=f"normal force $F$ ({newton})")
     drawn.set_title(curve.name if reading.setup is not None else f"{curve.name}: refused")
     drawn.legend(loc="best")
     return drawn

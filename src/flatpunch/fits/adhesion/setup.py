@@ -18,7 +18,7 @@ from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.adhesion.segments import LITTLE, oriented, segments_of
-from flatpunch.fits.judge.background import Background, likeliest
+from flatpunch.fits.judge.record import Background, likeliest
 from flatpunch.fits.least_squares.drag import with_speed
 from flatpunch.fits.least_squares.minimum import RATIOS, ROUGH, minimise, tried
 from flatpunch.fits.least_squares.objective import Objective

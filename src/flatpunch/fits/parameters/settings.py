@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict, get_args
 
 from flatpunch._support.checks import BadValue, one_of, real, shown, switch
 from flatpunch._support.readable import readable
@@ -146,15 +146,9 @@ class Settings:
     drag: Literal["free"] | float = 0.0
 
     def __post_init__(self) -> None:
-        choices = {
-            "baseline": ("auto", "constant", "linear", "none"),
-            "loss": ("linear", "soft_l1", "huber", "cauchy"),
-            "adhesion": ("refuse", "above", "ignore"),
-            "direction": ("auto", "growing", "falling"),
-            "segment": ("auto", "approach", "retract", "both"),
-        }
+        choices = {"baseline": Baseline, "loss": Loss, "adhesion": Adhesion, "direction": Direction, "segment": Segment}
         for name, known in choices.items():
-            one_of(name, getattr(self, name), known)
+            one_of(name, getattr(self, name), get_args(known))
         if not isinstance(self.method, str) or self.method != "auto":
             method_of(self.method)
         object.__setattr__(self, "contact", _contact(self.contact))

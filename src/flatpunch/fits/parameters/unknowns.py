@@ -256,6 +256,11 @@ class Unknowns(ABC):
         return (*self.model.free, *self.nuisance)
 
     @property
+    def zero(self) -> Array:
+        """x at the starting values of the model, contact and background in the middle of their units."""
+        return np.append(self.model.start(), np.zeros(len(self.nuisance)))
+
+    @property
     def units(self) -> dict[str, tuple[float, float]]:
         """Offset and unit of contact and of the coefficients of the background in x, SI."""
         return self._units

@@ -22,8 +22,7 @@ from flatpunch._support.readable import readable, record
 from flatpunch._version import __version__
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.parameters.sample import BESIDE, PULL_OFF
-from flatpunch.fits.report.fitted import Fitted
-from flatpunch.fits.report.likelihood import Profile, profile
+from flatpunch.fits.report.fitted import Fitted, Profile, profile
 from flatpunch.fits.report.posterior import Posterior, Prior
 from flatpunch.fits.report.sampling import draw
 from flatpunch.fits.report.table import (
