@@ -81,7 +81,7 @@ class HistoryModel(FreeParameters):
         """The relaxation function at internal parameters."""
         law = {n: v for n, v in self.externals(theta).items() if n.startswith("relaxation.")}
         found = self.sample.replaced(law).physics.relaxation
-        assert found is not None
+        assert isinstance(found, Relaxation)
         return found
 
     def history(self, time: Array, depth: Array, theta: Array) -> Array:

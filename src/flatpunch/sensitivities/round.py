@@ -62,17 +62,12 @@ class Spectrum:
     totals: Array
 
 
-def elastic_bodies(medium: Body) -> list[Stack]:
-    """The deformable bodies of a medium, upper first."""
-    return [body for body in medium.elastic if not body.power_law]
-
-
 def by_medium(medium: Body, kernel: Kernel, spectrum: Spectrum, wanted: list[Parameter]) -> Array:
     """Derivatives of the functionals by parameters of a medium, shape (functionals, parameters)."""
     compliance = kernel(spectrum.k)
     rest = spectrum.totals - spectrum.weights @ compliance
     result = np.zeros((spectrum.totals.size, len(wanted)))
-    for index, body in enumerate(elastic_bodies(medium)):
+    for index, body in enumerate(body for body in medium.elastic if not body.power_law):
         share = kernel.modulus / body.surface_modulus
         mine = [(column, each) for column, each in enumerate(wanted) if each.body == index]
         parts = [_Weighted.of(part, spectrum.weights) for part in compliance_derivatives(body, spectrum.k)]
@@ -213,7 +208,9 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
         responses = solve_round(kernel, np.array([beta]), sufficient_terms(kernel, beta))
         flat, edge = responses.flat[0], responses.edge[0]
         first = first_panel(kernel.floor * beta)
-    table = bessel_table(0, flat.size, first, _rounded_up(max(4.0, reach)))
+    # ends on few levels, so that tables are shared
+    last = float(4 * 2 ** (np.ceil(4 * np.log2(max(4.0, reach) / 4)) / 4))
+    table = bessel_table(0, flat.size, first, last)
     root = np.sqrt(table.w)
     punch = modulus * a * (flat @ table.j)
     functional = (np.cos(table.x) / np.pi + edge @ table.j) / (1 / np.pi + float(edge[0]))
@@ -227,11 +224,6 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
 def first_panel(floor: float) -> int:
     """Power of four at which panels over x begin."""
     return min(0, int(np.floor(np.log(floor) / np.log(4))))
-
-
-def _rounded_up(last: float) -> float:
-    """Ends on few levels, so that tables are shared."""
-    return float(4 * 2 ** (np.ceil(4 * np.log2(last / 4)) / 4))
 
 
 def _waves_of_series(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Waves:

@@ -33,8 +33,8 @@ from flatpunch.fits.half_space.formulas import (
     equivalents,
     formulas,
     half_space_model,
-    half_space_models,
     layer_on_top,
+    shape_of,
 )
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled
@@ -216,7 +216,7 @@ def correct(
     )
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
     named = isinstance(model, str) and model == OLIVER_PHARR
-    if named or (model is None and not half_space_models(indenter)):
+    if named or (model is None and shape_of(indenter) is None):
         over, weight = "depth", np.ones(_POINTS)
         laws, limits = _by_area(medium, indenter, along)
     else:
