@@ -237,7 +237,7 @@ def test_limits_go_with_the_value(tmp_path, tip, name, limits):
 def test_a_table_that_is_off_is_noted(monkeypatch):
     """By 0.1 % of the force; a batch solves one contact for fits that are near each other."""
     from flatpunch.fits.elastic.model import ForwardModel
-    from flatpunch.fits.models import forget_models
+    from flatpunch.fits.fitting import forget_models
 
     curve, solved, exact = measured(BASE, SPHERE, "exact"), [], ForwardModel.exact
 

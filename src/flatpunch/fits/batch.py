@@ -18,9 +18,8 @@ from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import cores
-from flatpunch.fits.fitting import fit_model
+from flatpunch.fits.fitting import Model, fit_model, model_of
 from flatpunch.fits.measured.curve import Curve, check_curves
-from flatpunch.fits.models import Model, model_of
 from flatpunch.fits.parameters.sample import BESIDE, Sample
 from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.places import Place, Records, keys_of, listed, on_grid

@@ -44,10 +44,10 @@ from flatpunch.fits.fitting import fit_ranges
 from flatpunch.fits.half_space.formulas import layer_on_top
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.measured.files.readers import read_curve
-from flatpunch.fits.models import check_free, check_segment, segments
 from flatpunch.fits.parameters.sample import BESIDE, CALIBRATION, NUISANCE, Sample
 from flatpunch.fits.parameters.scaling import scaling
-from flatpunch.fits.parameters.settings import Free, Settings
+from flatpunch.fits.parameters.settings import Free, Settings, check_segment, segments
+from flatpunch.fits.parameters.unknowns import check_free
 from flatpunch.fits.plan import plan_scan, planned
 from flatpunch.fits.report.plans import Plan, PlanScan
 from flatpunch.fits.report.posterior import Prior

@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, instance
 from flatpunch._support.prefixes import text
-from flatpunch.fits.fitting import descended, setup_of
+from flatpunch.fits.fitting import descended, model_of, setup_of
 from flatpunch.fits.least_squares.problem import Setup
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.orientation import Approach, approach_of
-from flatpunch.fits.models import bounds, model_of
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Settings, as_free
 from flatpunch.indenters import Paraboloid
@@ -81,7 +80,7 @@ def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
         found = approach_of(curve, settings.direction, back=sample.adhesive)
         lines += found.found
         model = model_of(sample, free, settings.method)
-        setup = setup_of(curve, model, bounds(model, free), settings)
+        setup = setup_of(curve, model, model.bounds(free), settings)
         lines += _about(setup, found, "" if case is not None else " (for a paraboloid on a half-space)")
     except CurveError as error:
         lines += [f"refused: {error}", OVERRIDES]

@@ -20,7 +20,7 @@ from flatpunch.contact.slip.steps import loading_and_cycle
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.numerics.extents import ROOM
-from flatpunch.plots.outline import plot_outline, plot_pressure
+from flatpunch.plots.outline import NO_CONTACT, plot_outline, plot_pressure
 from flatpunch.plots.style import (
     BLUE,
     GREEN,
@@ -143,9 +143,7 @@ def adhesion_figure(result: xr.Dataset, medium: Body, indenter: Indenter, style:
 def _largest(result: xr.Dataset) -> int:
     radius: Array = np.where(result["valid"].values, result["radius"].values, 0.0)
     if not radius.max() > 0:
-        raise ValueError(
-            "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
-        )
+        raise ValueError(NO_CONTACT)
     return int(np.argmax(radius))
 
 

@@ -39,6 +39,11 @@ from flatpunch.plots.style import (
     scaled,
 )
 
+NO_CONTACT = (
+    "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
+)
+"""Why there is no picture."""
+
 
 def plot_outline(
     result: xr.Dataset,
@@ -135,9 +140,7 @@ def last_valid(result: xr.Dataset) -> int:
     valid = result["valid"].values.astype(bool)
     usable = valid & (result["radius"].values > 0)
     if not usable.any():
-        raise ValueError(
-            "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
-        )
+        raise ValueError(NO_CONTACT)
     leading, drawn = usable & np.logical_and.accumulate(valid), outlined(result)
     choices = (leading & drawn, usable & drawn, leading, usable)
     return int(np.flatnonzero(next(choice for choice in choices if choice.any()))[-1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, TypedDict, get_args
 
@@ -234,3 +234,19 @@ def options_of(given: Options) -> tuple[Physics, Settings]:
     acts: dict[str, Any] = {name: value for name, value in given.items() if name in PhysicsOf.__annotations__}
     how: dict[str, Any] = {name: value for name, value in given.items() if name not in acts}
     return Physics(**acts), Settings(**how)
+
+
+def segments(adhesive: bool, over_time: bool) -> tuple[str, ...]:
+    """Parts of a cycle that can be fitted, the one that "auto" means first."""
+    return ("retract", "both") if adhesive else ("both",) if over_time else ("approach",)
+
+
+def check_segment(segment: str, known: Sequence[str]) -> None:
+    """Refuse a part of a cycle that the physics has no use for."""
+    if segment not in ("auto", *known):
+        words = " or ".join(map(repr, ("auto", *known)))
+        raise BadValue(
+            "segment",
+            repr(segment),
+            f"does not go with this case; it is {words}. Retracts are fitted with work_of_adhesion, cycles with relaxation.",
+        )
