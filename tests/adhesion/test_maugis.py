@@ -195,3 +195,24 @@ def test_radii_beside_the_end_of_the_tip_are_refused():
         ValueError, match=r"radius = 949\.9 nm is so large that adhesion acts beyond the end of the tip"
     ):
         fp.indent(GEL, fp.Sphere(H), radius=0.9499e-6, work_of_adhesion=1e-3, range_of_action=1e-8)
+
+
+def test_a_strength_gives_the_range_of_action():
+    tip, work = fp.Paraboloid(R), 1e-3
+    by_range, by_strength = {"range_of_action": 1e-8}, {"strength": 1e5}
+    lost = [fp.pull_off(GEL, tip, work_of_adhesion=work, **more).force for more in (by_range, by_strength)]
+    loops = [fp.adhesion_loop(GEL, tip, work_of_adhesion=work, depth=1e-7, **more) for more in (by_range, by_strength)]
+    curves = [fp.indent(GEL, tip, depth=1e-7, work_of_adhesion=work, **more) for more in (by_range, by_strength)]
+    tensions = [
+        float(fp.pressure(GEL, tip, 1.001 * c.radius.item(), 0.0, depth=1e-7, work_of_adhesion=work, **more))
+        for c, more in zip(curves, (by_range, by_strength), strict=True)
+    ]
+    np.testing.assert_allclose(tensions, -1e5, rtol=1e-12)
+    for first, second in (lost, (curves[0].force.item(), curves[1].force.item())):
+        assert second == pytest.approx(first, rel=1e-12)
+    assert loops[1].attrs["energy_lost"] == pytest.approx(loops[0].attrs["energy_lost"], rel=1e-9)
+    assert curves[1].attrs["range_of_action"] == loops[1].attrs["range_of_action"] == pytest.approx(1e-8, rel=1e-15)
+    with pytest.raises(ValueError, match=r"strength = 100 kPa is work_of_adhesion over range_of_action; leave one"):
+        fp.pull_off(GEL, tip, work_of_adhesion=work, **by_range, **by_strength)
+    with pytest.raises(ValueError, match=r"strength = 100000\.0 has no meaning without work_of_adhesion"):
+        fp.indent(GEL, tip, depth=1e-7, **by_strength)

@@ -29,7 +29,7 @@ UNITS = {
     **dict.fromkeys(("inclination", "inclinations", "directions", "tilt_x", "tilt_y", "front", "back", "side"), "rad"),
     **dict.fromkeys(("A", "B", "k"), "1/m"),
     **dict.fromkeys(("spring_constant", "stiffness"), "N/m"),
-    **dict.fromkeys(("traction", "yield_stress", "tensile", "residual_stress"), "Pa"),
+    **dict.fromkeys(("traction", "yield_stress", "strength", "tensile", "residual_stress"), "Pa"),
     **dict.fromkeys(
         ("heights", "rms_height", "roll_off", "cut_off", "length", "crown", "end_radius", "corner_radius", "positions"),
         "m",

@@ -100,10 +100,59 @@ def test_pyramid_and_known_work():
     assert abs(result[YOUNG] - 5e3) < 4 * result.estimates[YOUNG].stderr
 
 
-def test_what_the_range_of_action_changes_is_noted():
-    curve = sticky(GEL, Sphere(3e-6), W, 3e-7)
-    result = fit(curve, GEL, Sphere(3e-6), [YOUNG, WORK], work_of_adhesion=W, range_of_action=1e-7)
-    assert any("range of action the pull-off force is" in note for note in result.notes)
+STIFF = HalfSpace(2e5, 0.5)
+"""Pull-off under the tips below lies between JKR theory and that of rigid bodies, with most of the depth before they touch."""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("medium", "tip", "free", "more"),
+    [
+        (STIFF, Paraboloid(3e-6), ("base.young", WORK), {"range_of_action": 3e-8}),
+        (STIFF, Paraboloid(3e-6), ("base.young", "indenter.radius", "strength"), {"strength": 2e3}),
+        (STIFF, Cone(0.3), ("base.young", WORK, "indenter.inclination"), {"range_of_action": 3e-8}),
+        (GEL, Sphere(3e-6), (YOUNG, WORK), {"range_of_action": 1e-7}),
+        (GEL, Sphere(3e-6), (YOUNG,), {"strength": 1e5}),
+    ],
+    ids=["paraboloid", "strength", "cone", "gel", "nearly JKR"],
+)
+def test_tables_of_finite_range_give_the_exact_branch_and_its_derivatives(medium, tip, free, more):
+    """Before the surfaces touch and after."""
+    model = AdhesiveModel(Sample(medium, tip, Physics(W, **more)), free)
+    theta = model.start()
+    lost = pull_off(medium, tip, work_of_adhesion=W, **more).depth_minimum
+    assert model.pull_off(theta)[0] == pytest.approx(lost.depth, rel=1e-4 if lost.radius else 1e-2)
+    depth = np.linspace(0.97 * lost.depth, 3e-7, 60)
+    force, _, derivatives = model.evaluate(depth, theta)
+    np.testing.assert_allclose(force, model.exact(depth, {})[0], rtol=0, atol=5e-6 * np.abs(force).max())
+    step = 1e-5
+    for j in range(theta.size):
+        up, down = theta.copy(), theta.copy()
+        up[j], down[j] = up[j] + step, down[j] - step
+        slope = (model.evaluate(depth, up)[0] - model.evaluate(depth, down)[0]) / (2 * step)
+        inner = depth > 0.7 * lost.depth
+        np.testing.assert_allclose(derivatives[j][inner], slope[inner], rtol=0, atol=1e-5 * np.abs(slope).max())
+
+
+def test_a_range_that_reaches_beyond_the_tip_is_refused_with_its_value():
+    tip = Sphere(3e-6)
+    model = AdhesiveModel(Sample(STIFF, tip, Physics(W, 2e-6)), ("base.young", "range_of_action"))
+    with pytest.raises(ValueError, match=r"range_of_action = 2 µm is too long for fits under this tip"):
+        model.evaluate(np.array([1e-7]), model.start())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("spring", [None, 0.5])
+@pytest.mark.parametrize("free", [("base.young", WORK), ("base.young", WORK, "range_of_action")])
+def test_the_truth_comes_back_with_a_range_of_action(free, spring):
+    """JKR theory would give 2.4 times the work of adhesion."""
+    tip, within = Paraboloid(3e-6), 3e-8
+    curve = sticky(STIFF, tip, W, 1e-7, spring=spring, noise=0.005, range_of_action=within)
+    start = {"work_of_adhesion": 2 * W, "range_of_action": within * (2 if len(free) == 3 else 1)}
+    result = fit(curve, HalfSpace(4e5, 0.5), tip, free, **start)
+    for name, truth in zip(free, (2e5, W, within), strict=False):
+        assert abs(result[name] - truth) < 4 * result.estimates[name].stderr, name
+    assert result.estimates[WORK].stderr < 0.05 * W
 
 
 def test_contacts_that_shrink_over_a_flat_end_are_named():

@@ -6,11 +6,14 @@ from flatpunch.contact import indent, pull_off
 from flatpunch.fits import Curve
 
 
-def sticky(medium, tip, work, deepest, *, spring=None, noise=0.01, seed=1, points=400, contact=30e-9):
-    """Approach and retract; noise over the largest absolute force, behind a cantilever also in the tip's position."""
-    lost = pull_off(medium, tip, work_of_adhesion=work).depth_minimum.depth
+def sticky(medium, tip, work, deepest, *, spring=None, noise=0.01, seed=1, points=400, contact=30e-9, **more):
+    """Approach and retract; noise over the largest absolute force, behind a cantilever also in the tip's position.
+
+    `more` is a range of action or a strength.
+    """
+    lost = pull_off(medium, tip, work_of_adhesion=work, **more).depth_minimum.depth
     depth = np.linspace(lost * (1 - 1e-6), deepest, 3000)
-    force = indent(medium, tip, depth=depth, work_of_adhesion=work, angles=8)["force"].values
+    force = indent(medium, tip, depth=depth, work_of_adhesion=work, angles=8, **more)["force"].values
     piezo = depth if spring is None else depth + force / spring
     snap = int(np.argmin(piezo))
     way = np.linspace(piezo[snap] - 0.6 * (piezo[-1] - piezo[snap]), piezo[-1], points)

@@ -146,12 +146,12 @@ _TWO_BODIES = "two bodies"
 _HISTORY = "history"
 """Choice of what is prescribed for cases with [history], which stands in the field `more`."""
 
-TOP = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
+TOP = ("title", "method", "angles", "work_of_adhesion", "range_of_action", "strength")
 _TEXTS = {"title", "method", "kind", "sheet", "decimal"}
 """Fields that are texts whatever they look like."""
 
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_ADHESION = {"work_of_adhesion", "range_of_action"}
+_ADHESION = {"work_of_adhesion", "range_of_action", "strength"}
 
 _TAB_TABLES = {
     "press": {"control", "history", "relaxation", "material", "design", *_ADHESION},

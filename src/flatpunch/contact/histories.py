@@ -49,9 +49,10 @@ def sticking(
     assert physics.work_of_adhesion is not None
     control = control_with(physics, method, indenter, **given)
     phi = outline_angles(angles, control)
-    curve = solve(compliance(medium), indenter, control, phi, physics.work_of_adhesion, physics.range_of_action)
+    curve = solve(compliance(medium), indenter, control, phi, physics.work_of_adhesion, physics.within)
     choice = asked_for(adhesive_method(method, indenter), indenter)
-    return result_of(curve, phi, medium, indenter, control, choice).assign_attrs(physics.given)
+    found = result_of(curve, phi, medium, indenter, control, choice).assign_attrs(physics.given)
+    return found if physics.within is None else found.assign_attrs(range_of_action=physics.within)
 
 
 def history(

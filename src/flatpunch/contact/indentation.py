@@ -63,6 +63,7 @@ class Place(TypedDict, total=False):
     method: MethodName | Method | None
     work_of_adhesion: float | None
     range_of_action: float | None
+    strength: float | None
 
 
 @overload
@@ -88,6 +89,7 @@ def indent(
     angles: int = 360,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
+    strength: float | None = None,
     time: Values | None = None,
     relaxation: Relaxation | Sequence[Relaxation | None] | None = None,
     finite_strain: FiniteStrain | None = None,
@@ -117,6 +119,8 @@ def indent(
     range_of_action : float, optional
         Largest gap z0 across which adhesion acts [m], with the stress w/z0 (Maugis-Dugdale); see `pull_off`. The result has the
         radius within which it acts, `adhesive_radius`.
+    strength : float, optional
+        In its place the adhesive stress w/z0 [Pa].
     time : array, shape (n,), optional
         Times [s], ascending: depth or force is then a history, linear in between; see `flatpunch.contact.viscoelastic`.
     relaxation : Relaxation, or sequence of Prony, StandardLinearSolid or None, optional
@@ -160,7 +164,7 @@ def indent(
     chosen = None if method is None else method_of(method)
     given = {"depth": depth, "force": force, "radius": radius}
     name = next((each for each, values in given.items() if values is not None), "depth")
-    physics = Physics(work_of_adhesion, range_of_action, relaxation, finite_strain)
+    physics = Physics(work_of_adhesion, range_of_action, strength, relaxation, finite_strain)
     large = finite_strain_place(physics, medium, indenter, name)
     if loose := underlying(medium).free:
         return on_free_layer(loose, indenter, given, chosen, angles, {"time": time, **physics.given})
@@ -211,6 +215,7 @@ def pressure(
     method: MethodName | Method | None = None,
     work_of_adhesion: float | None = None,
     range_of_action: float | None = None,
+    strength: float | None = None,
     return_error: bool = False,
 ) -> Array | tuple[Array, Array]:
     """Contact pressure p(x, y) at one depth, force or mean radius.
@@ -231,6 +236,8 @@ def pressure(
         [J/m^2]: with adhesion the pressure at the edge is minus infinity.
     range_of_action : float, optional
         Range of adhesion z0 [m]: the pressure is then -work_of_adhesion/z0 from the edge of the contact on, across the gap.
+    strength : float, optional
+        In its place that stress [Pa].
     return_error : bool
         Whether the estimated error of each value is returned as well.
 
@@ -257,7 +264,7 @@ def pressure(
     """
     check_indenter(indenter)
     chosen = None if method is None else method_of(method)
-    physics = Physics(work_of_adhesion, range_of_action)
+    physics = Physics(work_of_adhesion, range_of_action, strength)
     control = control_with(physics, chosen, indenter, depth=depth, force=force, radius=radius)
     if control.values.size != 1:
         raise ValueError(f"{control.name} has {control.values.size} values; a pressure field belongs to one of them.")
@@ -276,7 +283,7 @@ def pressure(
     if physics.work_of_adhesion is not None:
         from flatpunch.contact.adhesion.method import pressure as adhesive_pressure
 
-        adhesion = physics.work_of_adhesion, physics.range_of_action
+        adhesion = physics.work_of_adhesion, physics.within
         field = PressureField(*adhesive_pressure(kernel, indenter, control, r, *adhesion))
     else:
         # all methods have the same pressure but for the depth that belongs to a mean radius

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal, TypedDict, cast
 
 from flatpunch._support.checks import BadValue, one_of
-from flatpunch._support.declared import Checked, Number, a_length
+from flatpunch._support.declared import Checked, Number, a_length, a_pressure
+from flatpunch._support.prefixes import text
 from flatpunch.media.relaxation import Relaxation
 
 FiniteStrain = Literal["neo-hookean"]
@@ -20,6 +21,7 @@ class PhysicsOf(TypedDict, total=False):
 
     work_of_adhesion: float | None
     range_of_action: float | None
+    strength: float | None
     relaxation: Relaxation | Sequence[Relaxation | None] | None
     finite_strain: FiniteStrain | None
 
@@ -34,6 +36,8 @@ class Physics(Checked):
         w [J/m^2]: the contact is adhesive.
     range_of_action : float, optional
         Largest gap across which adhesion acts [m] (Maugis-Dugdale); without it JKR theory holds.
+    strength : float, optional
+        In its place the adhesive stress [Pa], which is the work over the range.
     relaxation : Relaxation, or sequence of Prony, StandardLinearSolid or None, optional
         psi(t) of the medium, or of each layer and the base.
     finite_strain : {"neo-hookean"}, optional
@@ -55,11 +59,19 @@ class Physics(Checked):
             remedy="It is the energy per area gained by contact [J/m^2].",
         ),
     ] = None
-    range_of_action: Annotated[float | None, a_length("range of action", example="10 nm", varies=False)] = None
+    range_of_action: Annotated[float | None, a_length("range of action", example="10 nm")] = None
+    strength: Annotated[float | None, a_pressure("adhesive strength", example="10 MPa")] = None
     relaxation: Relaxation | Sequence[Relaxation | None] | None = None
     finite_strain: FiniteStrain | None = None
 
-    _called_: ClassVar = {"work_of_adhesion": "work_of_adhesion", "range_of_action": "range_of_action"}
+    _called_: ClassVar = {name: name for name in ("work_of_adhesion", "range_of_action", "strength")}
+
+    @property
+    def within(self) -> float | None:
+        """Range of action [m]; None in JKR theory."""
+        if self.strength is None or self.work_of_adhesion is None:
+            return self.range_of_action
+        return self.work_of_adhesion / self.strength
 
     @property
     def given(self) -> PhysicsOf:
@@ -76,8 +88,15 @@ class Physics(Checked):
                 raise ValueError(
                     "finite_strain does not go with work_of_adhesion and relaxation; leave one of them out."
                 )
-        if self.work_of_adhesion is None and self.range_of_action is not None:
-            raise BadValue("range_of_action", repr(self.range_of_action), "has no meaning without work_of_adhesion.")
+        for name, value in (("range_of_action", self.range_of_action), ("strength", self.strength)):
+            if self.work_of_adhesion is None and value is not None:
+                raise BadValue(name, repr(value), "has no meaning without work_of_adhesion.")
+        if self.range_of_action is not None and self.strength is not None:
+            raise BadValue(
+                "strength",
+                text(self.strength, "Pa"),
+                "is work_of_adhesion over range_of_action; leave one of them out.",
+            )
         if self.work_of_adhesion is not None and self.relaxation is not None:
             raise ValueError(
                 "work_of_adhesion and relaxation do not go together: adhesion of viscoelastic bodies is not solved."

@@ -27,7 +27,7 @@ from flatpunch.contact.result import check_outlines
 from flatpunch.contact.slip.steps import check_tip
 from flatpunch.contact.viscoelastic import check_each, check_medium
 from flatpunch.files.tables.design import DesignCase, DesignTable
-from flatpunch.files.tables.fields import CaseError, Count, Length, WorkOfAdhesion, validated
+from flatpunch.files.tables.fields import CaseError, Count, Length, Pressure, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import CaseRelaxationTable, MaterialTable, RelaxationTable, SampleTable
 from flatpunch.files.tables.slip import SlipTable
@@ -146,6 +146,7 @@ class ContactTable(SampleTable):
     control: ControlTable | None = None
     work_of_adhesion: WorkOfAdhesion | None = None
     range_of_action: Length | None = None
+    strength: Pressure | None = None
     history: HistoryTable | None = None
     relaxation: RelaxationTable | None = None
     material: MaterialTable | None = None
@@ -163,6 +164,7 @@ class ContactTable(SampleTable):
         return Physics(
             self.work_of_adhesion,
             self.range_of_action,
+            self.strength,
             None if self.relaxation is None else self.relaxation.built,
             None if self.material is None else self.material.finite_strain,
         )

@@ -224,7 +224,7 @@ def describe_sample(title: str, medium: Body, indenter: Indenter, physics: Physi
     yield f"Case      {title or '(no title)'}"
     yield from describe_bodies(medium)
     yield f"Indenter  {words(indenter)}"
-    relaxation, work, within = physics.relaxation, physics.work_of_adhesion, physics.range_of_action
+    relaxation, work, within = physics.relaxation, physics.work_of_adhesion, physics.within
     if relaxation is not None:
         each = relaxation if isinstance(relaxation, tuple) else (relaxation,)
         yield f"Relaxes   {'; '.join('elastic' if one is None else words(one) for one in each)}"
@@ -372,7 +372,7 @@ def pull_off_lines(case: Case) -> list[str]:
     """Say where a sticking contact is lost; nothing without adhesion."""
     if (work := case.physics.work_of_adhesion) is None:
         return []
-    lost = pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.physics.range_of_action)
+    lost = pull_off(case.medium, case.indenter, work_of_adhesion=work, range_of_action=case.physics.within)
     return [
         f"Pull-off under prescribed {name}: {text(at.force, 'N')} at depth {text(at.depth, 'm')}, radius {text(at.radius, 'm')}"
         + (f"; force may be off by {percent(at.force_error)}" if at.force_error > NOTABLE_FORCE else "")

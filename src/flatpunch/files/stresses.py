@@ -60,9 +60,10 @@ def stresses(case: Case) -> Stresses:
         raise ValueError(
             "stresses of histories of relaxing bodies are not computed; give a [control] instead of a [history]."
         )
-    if case.physics.range_of_action is not None:
+    if case.physics.within is not None:
         raise ValueError(
-            "stresses inside are those of JKR theory: leave range_of_action out of the case. Forces, radii and pressures have it."
+            "stresses inside are those of JKR theory: leave range_of_action and strength out of the case. Forces, radii and "
+            "pressures have them."
         )
     asked = case.stress or StressCase(None, None, None)
     contact = {case.control: float(case.values[-1]), "method": case.method, **asked.arguments}

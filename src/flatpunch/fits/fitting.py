@@ -97,7 +97,7 @@ def fit(
         "relaxation.time", ...; see `flatpunch.fits.parameter_names` and `flatpunch.fits.Sample`.
     **options
         What acts beside elasticity, each known or where to start, as for `indent`: work_of_adhesion [J/m^2] (the retract is
-        fitted), range_of_action [m] (the notes then state what it changes), relaxation (the force over time of ramp,
+        fitted), range_of_action [m] or strength [Pa] in its place, relaxation (the force over time of ramp,
         hold and retract is fitted; the curve needs times), finite_strain. And how to fit, the fields of `Settings`: contact,
         baseline, loss, adhesion, depth_to, force_to, method, level, quick, segment, direction, drag.
 

@@ -167,7 +167,7 @@ def _pressure(case: Case, result: xr.Dataset, at: int, half: float) -> Plain:
         x[:, None],
         method=result.attrs["method"],
         work_of_adhesion=case.physics.work_of_adhesion,
-        range_of_action=case.physics.range_of_action,
+        range_of_action=case.physics.within,
         return_error=True,
         **control,
     )

@@ -68,7 +68,7 @@ function nudge(event) {
   event.target.dispatchEvent(new Event("input", { bubbles: true }));
 }
 
-export const FITTED = ["young", "poisson", "thickness", "radius", "inclination", "half_opening_angle", "work_of_adhesion"];
+export const FITTED = ["young", "poisson", "thickness", "radius", "inclination", "half_opening_angle", "work_of_adhesion", "range_of_action", "strength"];
 
 function fitMark(name, spec) {
   const check = element("input", { type: "checkbox", name: `${name}.fit`, value: "on" });

@@ -151,7 +151,8 @@ export function sharedFields() {
     { "data-tabs": "press fit coating" },
     element("summary", {}, "Adhesion, outline"),
     field("work_of_adhesion", { label: "Work of adhesion", kind: "quantity", value: "", example: "50 mJ/m^2", fits: true }),
-    field("range_of_action", { label: "Range of action", kind: "quantity", value: "", example: "1 nm" }),
+    field("range_of_action", { label: "Range of action", kind: "quantity", value: "", example: "1 nm", fits: true }),
+    field("strength", { label: "Adhesive strength", kind: "quantity", value: "", example: "10 MPa", fits: true }),
     field("angles", { label: "Polar angles", kind: "number", value: "", example: "360" }),
   );
   const law = field("material.finite_strain", { label: "Large strains", kind: "choice", value: "", choices: ["neo-hookean"], words: { "": "linear theory", "neo-hookean": "neo-Hookean" } });

@@ -74,6 +74,15 @@ def cohesive_zone(kernel: Kernel, outer: Array, most: float = np.pi / 2, refinem
     return CohesiveZone(outer, series if refinement == 1 else _series(kernel, outer, refinement * terms, most), most)
 
 
+def rim_lift(kernel: Kernel, outer: Array) -> Array:
+    """Height to which a unit tension on discs of radii c [m] lifts the surface at their rims [m/Pa], shape (n,)."""
+    zone, row = cohesive_zone(kernel, outer), np.arange(outer.size)
+    t, weights = gauss(2 * zone.series.shape[2])
+    drop, _, _, growth, _ = zone.at(row, np.broadcast_to(np.pi / 4 * (1 + t), (outer.size, t.size)))
+    _, whole, *_ = zone.at(row, np.full((outer.size, 1), np.pi / 2))
+    return np.asarray(whole[:, 0] - np.pi / 4 * (drop * growth) @ weights)
+
+
 def tolerance(kernel: Kernel) -> float:
     """Tail of a series that needs no more terms; integrals over the response of a graded surface leave 1e-6."""
     return 1e-6 if kernel.graded else TOLERANCE

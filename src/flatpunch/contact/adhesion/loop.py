@@ -32,6 +32,7 @@ from flatpunch.contact.adhesion.stability import Quantity, Stretch
 from flatpunch.contact.curve import UNITS
 from flatpunch.contact.dataset import Column, dataset
 from flatpunch.contact.limits import check_deepest
+from flatpunch.contact.physics import Physics
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.numerics.gauss import gauss
@@ -84,6 +85,7 @@ def adhesion_loop(
     force: float | None = None,
     points: int = 200,
     range_of_action: float | None = None,
+    strength: float | None = None,
 ) -> xr.Dataset:
     """Approach to a largest depth or force, and withdrawal until the contact is lost.
 
@@ -101,6 +103,8 @@ def adhesion_loop(
         Number of steps on each stretch of the way.
     range_of_action : float, optional
         Largest gap z0 of the adhesive stress [m]: Maugis-Dugdale theory in the place of JKR, as in `pull_off`.
+    strength : float, optional
+        In its place the adhesive stress [Pa].
 
     Returns
     -------
@@ -132,7 +136,8 @@ def adhesion_loop(
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
     if quantity == "depth":
         check_deepest(medium, most)
-    case = adhesive_case(compliance(medium), indenter, work_of_adhesion, range_of_action)
+    within = Physics(work_of_adhesion, range_of_action, strength).within
+    case = adhesive_case(compliance(medium), indenter, work_of_adhesion, within)
     approach, back, jumps = _path(case, quantity, most)
     attributes: Plain = {
         "title": "Adhesive approach and withdrawal computed by flatpunch",
@@ -145,8 +150,8 @@ def adhesion_loop(
         "flatpunch_version": __version__,
         "notes": "",
     }
-    if range_of_action is not None:
-        attributes["range_of_action"] = range_of_action
+    if within is not None:
+        attributes["range_of_action"] = within
     for jump in (jumps[0], jumps[-1]):
         radius = max(jump.radius_before, jump.radius_after)
         values = {"depth": jump.depth, "force": jump.force, "radius": radius, "energy": jump.energy}

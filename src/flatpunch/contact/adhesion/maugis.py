@@ -21,7 +21,7 @@ import scipy
 from flatpunch._support.checks import Array, BadValue, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import Kernel
-from flatpunch.contact.adhesion.branch import AdhesiveContact, stiffness_growth
+from flatpunch.contact.adhesion.branch import AdhesiveContact, Branch, stiffness_growth
 from flatpunch.contact.adhesion.cohesive_zone import CohesiveZone, cohesive_zone, tolerance
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.profile import RoundProfile
@@ -177,6 +177,22 @@ class MaugisBranch:
             high = np.minimum(high + more * np.log(2), most)
         found = np.exp(elementwise.find_root(short, (low, high), args=(mean_radius,)).x)
         return np.asarray(np.where(more, np.inf, found))
+
+    @property
+    def base(self) -> Branch:
+        """The limit of short ranges."""
+        return Branch(self.kernel, self.evaluate, self.work)
+
+    def lessened(self, radius: Array) -> Array:
+        """What adhesion takes off depth [m] and force [N] of contacts of radii a, shape (2, n); nan beyond the largest c."""
+        outer, found = self.base_radius(radius), np.full((2, radius.size), np.nan)
+        solved = np.isfinite(outer)
+        angle = np.arccos(np.minimum(radius[solved] / outer[solved], 1.0))
+        row = np.arange(angle.size)
+        zone = cohesive_zone(self.kernel, outer[solved], max(self._least, float(angle.max(initial=0.0))))
+        found[0, solved] = self.stress * zone.at(row, angle[:, None])[1][:, 0]
+        found[1, solved] = self._integrals(zone, row, angle)[1]
+        return found
 
     def error(self, radius: Array) -> Array:
         """Change of the force, with that of the depth times K, by twice as many terms, no less than tails of series [N].

@@ -12,6 +12,7 @@ from flatpunch._support.threads import one_blas_thread
 from flatpunch.compliances import compliance
 from flatpunch.contact.adhesion.case import AdhesiveCase, adhesive_case
 from flatpunch.contact.adhesion.stability import Stretch
+from flatpunch.contact.physics import Physics
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
 
@@ -87,7 +88,12 @@ class PullOff:
 @one_blas_thread()
 @refused_overflow()
 def pull_off(
-    medium: Body, indenter: Indenter, *, work_of_adhesion: float, range_of_action: float | None = None
+    medium: Body,
+    indenter: Indenter,
+    *,
+    work_of_adhesion: float,
+    range_of_action: float | None = None,
+    strength: float | None = None,
 ) -> PullOff:
     """Pull-off of an indenter from any medium, by JKR theory or with a range of action.
 
@@ -104,8 +110,9 @@ def pull_off(
     range_of_action : float, optional
         Largest gap z0 across which adhesion acts [m], with the constant stress w/z0 (Maugis-Dugdale), some 0.2 to 1 nm for van
         der Waals forces: between JKR theory, the limit of short ranges and the default, and that of rigid bodies (DMT, Bradley).
-        Where the stress is known instead, z0 is w over it. Under round tips without a flat end, on all media but power-law
-        half-spaces.
+        Under round tips without a flat end, on all media but power-law half-spaces.
+    strength : float, optional
+        In its place the adhesive stress w/z0 [Pa].
 
     Returns
     -------
@@ -131,7 +138,8 @@ def pull_off(
     -1.932 pi w R
     """
     check_indenter(indenter)
-    case = adhesive_case(compliance(medium), indenter, work_of_adhesion, range_of_action)
+    within = Physics(work_of_adhesion, range_of_action, strength).within
+    case = adhesive_case(compliance(medium), indenter, work_of_adhesion, within)
     depth, force = _instabilities(case, case.stability.depth), _instabilities(case, case.stability.force)
     return PullOff(
         force_minimum=min(force, key=lambda point: point.force),

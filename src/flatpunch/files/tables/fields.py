@@ -173,7 +173,7 @@ def _check_lengths(data: Plain, called: Path | str) -> None:
         found += [(_join(path, str(key)), value) for key, value in entries if isinstance(value, (dict, list))]
 
 
-_TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action")
+_TOP_LEVEL = ("title", "method", "angles", "work_of_adhesion", "range_of_action", "strength")
 
 
 def explain(details: Sequence[ErrorDetails], data: object) -> list[Problem]:

@@ -1,6 +1,6 @@
-"""Stable branch of an adhesive contact (JKR) at given parameters: depth and force over the contact radius, and where it lets go.
+"""Stable branch of an adhesive contact at given parameters: depth and force over the contact radius, and where it lets go.
 
-Along the branch of contact radii a of (T11.1), as `flatpunch.contact.adhesion.branch` has it,
+Along the branch of contact radii a of (T11.1), as `flatpunch.contact.adhesion.branch` has it, or with a range of action (T11.4),
 
     d = d_n - D,    F = F_n - T;    d_n = d0 exp f_0,  F_n = F0 exp f_1,  D = (w l/E)^(1/2) exp f_2,  T = (w E l^3)^(1/2) exp f_3
 
@@ -8,6 +8,13 @@ with f smooth functions of x = ln(s/l), s^2 = a^2 - b^2 with the radius b of a f
 `flatpunch.fits.parameters.scaling`, tabulated like the force without adhesion and shared by all models of the same family. For
 round tips they do not depend on the work of adhesion w; for others w/(E c^2 l^(2n-1)) is one more q. Beside a flat end d_n
 begins like s, where its slope jumps, and the branch ends at a = b, which no power of a/l shows.
+
+A range of action z0, with the stress s0 = w/z0, is one more q, z0/d0. Surfaces that attract one another across a disc of radius c
+and do not touch go on, for tips without a flat end, with
+
+    d = f(c) - s0 U(c) - z0,    F = -pi c^2 s0,    f = d0 exp f_4,  U = (l/E) exp f_5
+
+with f the height of the tip, U what a unit tension on the disc lifts its rim, and f_4, f_5 functions of ln(c/l).
 
 The branch is followed from the largest contact down to where d_x vanishes: pull-off under prescribed depth. From two per cent
 in radius before it, or from where dF/dd falls below a given stiffness, the force goes on as a straight line, so that a trial
@@ -24,7 +31,9 @@ import numpy as np
 from flatpunch._support.byte_cache import byte_cached
 from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliances import compliance
-from flatpunch.contact.adhesion.branch import Branch, Equilibria
+from flatpunch.contact.adhesion.branch import Branch
+from flatpunch.contact.adhesion.cohesive_zone import rim_lift
+from flatpunch.contact.adhesion.maugis import MaugisBranch
 from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.mean_profile import mean_profile
@@ -36,6 +45,9 @@ from flatpunch.media import Body
 
 FUNCTIONS = 4
 """f_0 to f_3."""
+
+_TOUCHING = 1e-4
+"""Contact radius over c below which the surfaces are taken not to touch; depth and force change by up to as much."""
 
 
 @dataclass(frozen=True)
@@ -50,37 +62,47 @@ class BranchFamily:
         Follows from the problem up to units.
     coordinates : tuple of Coordinate
         The numbers q.
-    by_work : bool
-        Whether the last of them is the work of adhesion.
+    fixed : tuple of float or None
+        ln of w for tips that are not round, of w and z0 with a range of action; None for those that are coordinates, after those
+        of the problem.
     """
 
     medium: Body
     indenter: Indenter
     scaling: Scaling = field(compare=False)
     coordinates: tuple[Coordinate, ...] = field(compare=False)
-    by_work: bool
+    fixed: tuple[float | None, ...] = ()
+
+    @property
+    def by_range(self) -> bool:
+        """Whether adhesion has a range of action."""
+        return len(self.fixed) == 2
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the coordinates."""
         return tuple(c.name for c in self.coordinates)
 
-    def branch(self, q: tuple[float, ...]) -> tuple[Equilibria, Indenter, float]:
-        """Branch of the scaled problem, its tip, and w."""
+    def branch(self, q: tuple[float, ...]) -> tuple[Branch | PerturbedBranch | MaugisBranch, Indenter]:
+        """Branch of the scaled problem, and its tip."""
         count = len(self.scaling.coordinates)
         medium, indenter = self.scaling.problem(q[:count])
         kernel = compliance(medium)
-        if self.by_work:
-            work = float(np.exp(q[count]))
-            return PerturbedBranch(kernel, indenter, work), indenter, work
+        others = iter(q[count:])
+        beside = [float(np.exp(next(others) if value is None else value)) for value in self.fixed]
+        if self.by_range:
+            work, within = beside
+            return MaugisBranch(kernel, mean_profile(indenter), indenter.reach, work, within), indenter
+        if beside:
+            return PerturbedBranch(kernel, indenter, beside[0]), indenter
         profile = mean_profile(indenter)
-        return Branch(kernel, lambda radius: round_contact(kernel, profile, radius), 1.0), indenter, 1.0
+        return Branch(kernel, lambda radius: round_contact(kernel, profile, radius), 1.0), indenter
 
     def limit(self, q: tuple[float, ...]) -> float:
-        """ln of the largest s."""
-        branch, indenter, _ = self.branch(q)
+        """ln of the largest s, by the coordinates of the problem alone."""
+        medium, indenter = self.scaling.problem(q[: len(self.scaling.coordinates)])
         end = flat_end(indenter)
-        most = largest_radius(branch.kernel, indenter.reach)
+        most = largest_radius(compliance(medium), indenter.reach)
         return float(np.log((most - end) * (most + end)) / 2)
 
 
@@ -115,10 +137,13 @@ class BranchTables:
     ----------
     functions : tuple of Table
         The four of them.
+    apart : tuple of Table
+        f_4 and f_5, with a range of action and without a flat end.
     """
 
     family: BranchFamily
     functions: tuple[Table, ...] = field(init=False)
+    apart: tuple[Table, ...] = field(init=False)
     _solved: dict[tuple[tuple[float, ...], bytes], Array] = field(default_factory=dict)
     _coarse: tuple[Array, Array, Array] | None = None
 
@@ -129,8 +154,22 @@ class BranchTables:
         family = self.family
         # decades below the largest s; pull-off is nearly always within, and what is below goes on as a power law, as D over s
         # does beside a flat end only where s << b
-        decades = 4 if flat_end(family.indenter) else 2
+        # beside a flat end only where s << b, and what a range of action leaves where a << c
+        end = flat_end(family.indenter)
+        decades = 6 if family.by_range else 4 if end else 2
         self.functions = tuple(Table(function(i), family.coordinates, family.limit, decades) for i in range(FUNCTIONS))
+        others = family.scaling.coordinates
+        lone = family.by_range and not end
+        self.apart = tuple(Table(each, others, family.limit, 2) for each in (self._height, self._lift)) if lone else ()
+
+    def _height(self, q: tuple[float, ...], radius: Array) -> Array:
+        """f of the scaled problem."""
+        _, indenter = self.family.scaling.problem(q)
+        return indenter.height(radius, np.zeros_like(radius))
+
+    def _lift(self, q: tuple[float, ...], radius: Array) -> Array:
+        """U of the scaled problem."""
+        return rim_lift(compliance(self.family.scaling.problem(q)[0]), radius)
 
     def _solve(self, q: tuple[float, ...], distance: Array) -> Array:
         """All four functions of s, shape (4, n); nan beyond the largest. What the tables have in common is solved once."""
@@ -138,24 +177,18 @@ class BranchTables:
         if key not in self._solved:
             if len(self._solved) > 100:
                 self._solved.clear()
-            branch, indenter, work = self.family.branch(q)
+            branch, indenter = self.family.branch(q)
             radius = np.hypot(distance, flat_end(indenter))
             inside = radius < largest_radius(branch.kernel, indenter.reach)
             found = np.full((FUNCTIONS, radius.size), np.nan)
-            contact, round_ = branch.at(radius[inside]), _round(branch).at(radius[inside])
-            # what a tip that is not round changes is shared out, so that both parts stay positive however weak the adhesion is
-            for i, name in enumerate(("depth", "force")):
-                plain, sum_ = getattr(round_.plain, name), getattr(round_, name)
-                share = (getattr(contact, name) - sum_) / (2 * plain - sum_)
-                found[i, inside] = plain * (1 + share)
-                found[i + 2, inside] = (plain - sum_) * (1 - share) / np.sqrt(work)
+            found[:, inside] = _parts(branch, radius[inside])
             self._solved[key] = found
         return self._solved[key]
 
     def begin(self, q: tuple[float, ...], forms: Array, deepest: float) -> float:
         """About the x at which a depth is reached above pull-off; at the first q that was asked for, near enough to begin."""
         if self._coarse is None:
-            branch, indenter, _ = self.family.branch(q)
+            branch, indenter = self.family.branch(q)
             base = _round(branch)
             length = 1.0 if base.kernel.homogeneous or base.kernel.exponent else base.kernel.length
             most = largest_radius(base.kernel, indenter.reach)
@@ -164,17 +197,32 @@ class BranchTables:
             least = max(ROUNDING * min(length, most), np.sqrt(ROUNDING) * end)
             distance = np.geomspace(least, min(1e3 * length, most) / 2, 100)
             contact = base.at(np.hypot(distance, end))
-            work = branch.work
-            self._coarse = np.log(distance), np.log(contact.plain.depth), np.log(contact.retraction) - np.log(work) / 2
+            back = np.log(contact.retraction) - np.log(base.work) / 2
+            self._coarse = np.log(distance), np.log(contact.plain.depth), back
         x, plain, back = self._coarse
         plain, back = np.exp(plain + forms[0]), np.exp(back + forms[2])
         enough = (plain - back >= max(deepest, 0.0)) & (plain > back)
         return float(x[int(np.argmax(enough)) if enough.any() else x.size - 1])
 
 
-def _round(branch: Equilibria) -> Equilibria:
-    """The branch itself, or that of the mean profile of a tip that is not round."""
-    return branch.base if isinstance(branch, PerturbedBranch) else branch
+def _parts(branch: Branch | PerturbedBranch | MaugisBranch, radius: Array) -> Array:
+    """d_n, F_n, D and T of the scaled problem over the square root of w, shape (4, n)."""
+    if isinstance(branch, MaugisBranch):
+        pressed, lessened = branch.evaluate(radius), branch.lessened(radius) / np.sqrt(branch.work)
+        return np.array([pressed.depth, pressed.force, *lessened])
+    contact, round_, found = branch.at(radius), _round(branch).at(radius), np.empty((FUNCTIONS, radius.size))
+    # what a tip that is not round changes is shared out, so that both parts stay positive however weak the adhesion is
+    for i, name in enumerate(("depth", "force")):
+        plain, sum_ = getattr(round_.plain, name), getattr(round_, name)
+        share = (getattr(contact, name) - sum_) / (2 * plain - sum_)
+        found[i] = plain * (1 + share)
+        found[i + 2] = (plain - sum_) * (1 - share) / np.sqrt(branch.work)
+    return found
+
+
+def _round(branch: Branch | PerturbedBranch | MaugisBranch) -> Branch:
+    """The branch of JKR theory of the mean profile."""
+    return branch if isinstance(branch, Branch) else branch.base
 
 
 def branch_tables(family: BranchFamily) -> BranchTables:
@@ -228,17 +276,19 @@ class StableBranch:
 
     Parameters
     ----------
-    forms : ndarray, shape (4 + coordinates,)
-        ln d0, ln F0, ln (w l/E)^(1/2), ln (w E l^3)^(1/2), q.
-    weights : ndarray, shape (4 + coordinates, parameters)
+    forms : ndarray, shape (forms + coordinates,)
+        ln d0, ln F0, ln (w l/E)^(1/2), ln (w E l^3)^(1/2), with a range of action ln z0, ln (s0 l/E), ln (s0 l^2), and q.
+    weights : ndarray, shape (forms + coordinates, parameters)
         Their derivatives over theta.
     tables : BranchTables
-        f_0 to f_3.
+        f_0 to f_5.
 
     Attributes
     ----------
     top, fold : float
         x at the largest contact and at pull-off, once `up_to` has been called.
+    edge, touch : float
+        x below which the surfaces do not touch, and ln(c/l) there.
     """
 
     forms: Array
@@ -246,12 +296,19 @@ class StableBranch:
     tables: BranchTables
     top: float = 0.0
     fold: float = 0.0
+    edge: float = -np.inf
+    touch: float = 0.0
     _pieces: tuple[Piecewise, ...] = ()
+    _apart: tuple[Piecewise, ...] = ()
     _grid: tuple[Array, Array] | None = None
+
+    @property
+    def _q(self) -> tuple[float, ...]:
+        return tuple(self.forms[self.forms.size - len(self.tables.family.coordinates) :])
 
     def up_to(self, deepest: float, softest: float = -np.inf) -> StableBranch:
         """Choose the largest radius, and find pull-off below it; the branch begins where dF/dd is `softest` [N/m], or there."""
-        q = tuple(self.forms[FUNCTIONS:])
+        q = self._q
         top = self.tables.begin(q, self.forms, deepest)
         most = self.tables.functions[0].highest(q) - 3 * STEP
         for _ in range(400):
@@ -262,8 +319,10 @@ class StableBranch:
                 break
             top += 4 * STEP
         self.top = top
-        # six decades, over which pull-off is looked for: to a millionth of the depth at the border of a flat end
-        x = np.append(np.arange(top - 6 * np.log(10), top - STEP / 2, STEP), top)
+        self._part(q)
+        # six decades, over which pull-off is looked for: to a millionth of the depth at the border of a flat end; and three of c
+        lowest = min(top - 6 * np.log(10), self.edge - 3 * np.log(10) if self._apart else np.inf)
+        x = np.append(np.arange(lowest, top - STEP / 2, STEP), top)
         _, rising = self._depths(x)
         below = np.flatnonzero(rising <= 0)
         self.fold = float(x[0])
@@ -285,6 +344,18 @@ class StableBranch:
         self._grid = (grid, self._depths(grid)[0])
         return self
 
+    def _part(self, q: tuple[float, ...]) -> None:
+        """Find where the surfaces no longer touch, if that is not far below the table, where pull-off is long past."""
+        if not self.tables.apart:
+            return
+        lowest = self._pieces[3].start
+        tension = self._pieces[3].at(np.array([lowest]))[0][0] + self.forms[3]
+        touch = float(tension - np.log(np.pi) - self.forms[6]) / 2
+        edge = max(touch + np.log(_TOUCHING), lowest)
+        if edge < touch - np.log(10):
+            self.edge, self.touch = edge, touch
+            self._apart = tuple(table.at(q[: len(table.coordinates)], touch) for table in self.tables.apart)
+
     def _stiffer(self, start: float, softest: float) -> float:
         """Smallest x from `start` on with a stiffness of `softest` or more; dF/dd grows along the branch."""
         for _ in range(2):
@@ -301,7 +372,11 @@ class StableBranch:
         """Depth and its slope."""
         (plain, up, _), (back, fall, _) = self._pieces[0].at(x), self._pieces[2].at(x)
         plain, back = np.exp(plain + self.forms[0]), np.exp(back + self.forms[2])
-        return plain - back, plain * up - back * fall
+        depth, rising = plain - back, plain * up - back * fall
+        if (apart := x < self.edge).any():
+            beyond = self._apart_at(x[apart])
+            depth[apart], rising[apart] = beyond.depth, beyond.depth_slope
+        return depth, rising
 
     def opening(self, deepest: float) -> float:
         """Depth of the adhesive contact whose radius is that without adhesion at `deepest`."""
@@ -331,21 +406,32 @@ class StableBranch:
 
     def at(self, x: Array) -> BranchState:
         """Everything at given x."""
-        parts, slopes, by = [], [], []
-        for i, piece in enumerate(self._pieces):
-            value, rising, others = piece.at(x)
-            part = np.exp(value + self.forms[i])
-            log_by = np.repeat(self.weights[i][:, None], x.size, axis=1)
-            for j, other in enumerate(others):
-                log_by += self.weights[FUNCTIONS + j][:, None] * other
-            parts.append(part)
-            slopes.append(part * rising)
-            by.append(part * log_by)
-        return BranchState(
-            parts[0] - parts[2],
-            parts[1] - parts[3],
-            slopes[0] - slopes[2],
-            slopes[1] - slopes[3],
-            by[0] - by[2],
-            by[1] - by[3],
+        parts = [self._part_of(i, piece, x) for i, piece in enumerate(self._pieces)]
+        (d, d_x, d_by), (f, f_x, f_by) = (
+            tuple(a - b for a, b in zip(plain, less, strict=True))
+            for plain, less in zip(parts[:2], parts[2:], strict=True)
         )
+        state = BranchState(d, f, d_x, f_x, d_by, f_by)
+        if (apart := x < self.edge).any():
+            beyond = self._apart_at(x[apart])
+            for name in BranchState.__slots__:
+                getattr(state, name)[..., apart] = getattr(beyond, name)
+        return state
+
+    def _part_of(self, form: int, piece: Piecewise, x: Array) -> tuple[Array, Array, Array]:
+        """A function times its unit, its slope and its derivatives over theta."""
+        value, rising, others = piece.at(x)
+        part = np.exp(value + self.forms[form])
+        first = self.forms.size - len(self.tables.family.coordinates)
+        log_by = self.weights[form][:, None] + self.weights[first : first + len(others)].T @ others
+        return part, part * rising, part * log_by
+
+    def _apart_at(self, x: Array) -> BranchState:
+        """Surfaces that attract one another and do not touch."""
+        y = x - self.edge + self.touch
+        height, lift = (self._part_of(i, piece, y) for i, piece in zip((0, 5), self._apart, strict=True))
+        pull = -np.pi * np.exp(2 * y + self.forms[6])
+        reach = np.exp(self.forms[4])
+        d, d_x, d_by = (a - b for a, b in zip(height, lift, strict=True))
+        d_by = d_by - reach * self.weights[4][:, None]
+        return BranchState(d - reach, pull, d_x, 2 * pull, d_by, pull * self.weights[6][:, None])

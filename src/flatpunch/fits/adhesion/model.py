@@ -1,4 +1,4 @@
-"""Forward model of an adhesive fit (JKR): force over depth along the stable branch, with all derivatives.
+"""Forward model of an adhesive fit: force over depth along the stable branch, with all derivatives.
 
 `contact.adhesion.branch` has depth and force over x = ln(a/l). The depth is inverted for x by Newton's method, and at given
 depth dF/dtheta = F_theta - (F_x/d_x) d_theta.
@@ -7,7 +7,7 @@ depth dF/dtheta = F_theta - (F_x/d_x) d_theta.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
@@ -17,9 +17,9 @@ from flatpunch._support.prefixes import text
 from flatpunch.compliances import compliance
 from flatpunch.contact import MethodName
 from flatpunch.contact.adhesion.case import adhesive_case, check_range
-from flatpunch.contact.adhesion.pull_off import pull_off
-from flatpunch.contact.curve import FEW_ANGLES, NOTABLE_FORCE
+from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indentation import indent
+from flatpunch.contact.physics import Physics
 from flatpunch.fits.adhesion.branch import (
     BranchFamily,
     BranchTables,
@@ -27,7 +27,7 @@ from flatpunch.fits.adhesion.branch import (
     branch_tables,
     retreats_over_flat_end,
 )
-from flatpunch.fits.parameters.sample import WORK, Sample
+from flatpunch.fits.parameters.sample import ADHESION, RANGE, STRENGTH, WORK, Sample
 from flatpunch.fits.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.fits.parameters.unknowns import ExactForce, FreeParameters
@@ -78,20 +78,24 @@ class AdhesiveModel(FreeParameters):
         if not tip.round and tip.exponent is None:
             # says what can be done
             adhesive_case(compliance(medium), tip, self.sample.value(WORK))
-        if self.sample.physics.range_of_action is not None:
-            check_range(compliance(medium), tip, self.sample.physics.range_of_action)
+        if self.sample.physics.within is not None:
+            check_range(compliance(medium), tip, self.sample.physics.within)
         object.__setattr__(self, "method", adhesive_method(tip, self.method))
-        free = [name for name in self.free if name != WORK]
+        free = [name for name in self.free if name not in ADHESION]
         found = scaling(medium, tip, free, numbers=self.numbers)
         object.__setattr__(self, "knots", found.knots)
-        work = None if tip.round or self.approximate else _work_coordinate(found)
-        coordinates = (*found.coordinates, *([work] if work else []))
-        half = _half_powers(found)
-        weights = [found.depth, found.force, half[0], half[1], *(c.weights for c in coordinates)]
+        reach = None if self.approximate else _range(self.sample.physics)
+        weights, moving = _units(found, reach), list(found.coordinates)
+        fixed: list[float | None] = []
+        for coordinate in _beside(found, reach, not (tip.round or self.approximate)):
+            moves = any(name in self.free for name in coordinate.weights)
+            fixed.append(None if moves else self.linear(coordinate.weights)[0])
+            moving += [coordinate] if moves else []
+        weights += [c.weights for c in moving]
         linear = [self.linear(w) for w in weights]
         object.__setattr__(self, "_forms", (np.array([c for c, _ in linear]), np.array([w for _, w in linear])))
         start = found.problem([c.offset for c in found.coordinates])
-        family = BranchFamily(*start, found, coordinates, work is not None)
+        family = BranchFamily(*start, found, tuple(moving), tuple(fixed))
         object.__setattr__(self, "_tables", branch_tables(family))
 
     @property
@@ -119,7 +123,17 @@ class AdhesiveModel(FreeParameters):
         """The stable branch up to a depth, from a stiffness on."""
         constants, weights = self._forms
         forms = constants + (weights @ theta if theta.size else 0.0)
-        return StableBranch(forms, weights, self._tables).up_to(deepest, softest)
+        try:
+            return StableBranch(forms, weights, self._tables).up_to(deepest, softest)
+        except BadValue as fault:
+            if fault.field != RANGE:
+                raise
+            raise BadValue(
+                RANGE,
+                text(float(np.exp(forms[4])), "m"),
+                "is too long for fits under this tip: with ranges up to twice as long as those that are tried the surfaces must "
+                "touch within its shape. Take a shorter one, limit it where it is free, or give the shape further out.",
+            ) from None
 
     def pull_off(self, theta: Array) -> tuple[float, float]:
         """Depth and force at which the tip lets go under prescribed depth [m], [N]."""
@@ -153,7 +167,7 @@ class AdhesiveModel(FreeParameters):
                 sample.indenter,
                 depth=depth,
                 method=adhesive_method(sample.indenter, self.method),
-                **replace(sample.physics, range_of_action=None).given,
+                **sample.physics.given,
                 angles=FEW_ANGLES,
             )
         notes = [str(curve.attrs["notes"])]
@@ -162,41 +176,50 @@ class AdhesiveModel(FreeParameters):
                 "On this layer the contact goes on shrinking over the flat end of the tip before it lets go; the fit follows "
                 "it to the border of the flat only. Cut the retract where the force has fallen that far."
             )
-        if sample.physics.range_of_action is not None:
-            notes += _of_finite_range(sample)
         return ExactForce.of(curve, notes)
 
 
-def _of_finite_range(sample: Sample) -> list[str]:
-    """A note where the range of action changes the pull-off force of the JKR theory that is fitted."""
-    case = sample.medium, sample.indenter
-    within, work = sample.physics.range_of_action, sample.value(WORK)
-    by_jkr = pull_off(*case, work_of_adhesion=work).force
-    force = pull_off(*case, work_of_adhesion=work, range_of_action=within).force
-    if abs(force - by_jkr) < NOTABLE_FORCE * abs(by_jkr):
+Weights = dict[str, float]
+
+
+def _sum(*terms: tuple[float, Mapping[str, float]]) -> Weights:
+    """Linear forms with factors, added."""
+    total: Weights = {}
+    for factor, weights in terms:
+        for name, weight in weights.items():
+            total[name] = total.get(name, 0.0) + factor * weight
+    return total
+
+
+def _range(physics: Physics) -> Weights | None:
+    """ln z0."""
+    if physics.within is None:
+        return None
+    return {RANGE: 1.0} if physics.strength is None else {WORK: 1.0, STRENGTH: -1.0}
+
+
+def _units(found: Scaling, reach: Weights | None) -> list[Mapping[str, float]]:
+    """The forms of `StableBranch` before the coordinates."""
+    work, modulus, length = {WORK: 1.0}, _one(found.modulus), _one(found.length)
+    halves = [(0.5, work), (-0.5, modulus), (0.5, length)], [(0.5, work), (0.5, modulus), (1.5, length)]
+    jkr = [found.depth, found.force, *(_sum(*half) for half in halves)]
+    if reach is None:
+        return jkr
+    stress = _sum((1, work), (-1, reach))
+    return [*jkr, reach, _sum((1, stress), (1, length), (-1, modulus)), _sum((1, stress), (2, length))]
+
+
+def _beside(found: Scaling, reach: Weights | None, by_work: bool) -> list[Coordinate]:
+    """ln of w over E c^2 l^(2n - 1), on which tips depend that are not round, and all with a range of action; and z0 over d0.
+
+    (d0/l)^2 contains c as far as it is a unit.
+    """
+    if not by_work and reach is None:
         return []
-    return [
-        f"With this range of action the pull-off force is {text(force, 'N')}, by the JKR theory that is fitted "
-        f"{text(by_jkr, 'N')}: the work of adhesion is uncertain by about as much."
-    ]
+    work = _sum((1, {WORK: 1.0}), (-2, found.depth), (-1, _one(found.modulus)), (1, _one(found.length)))
+    ranges = [] if reach is None else [Coordinate(RANGE, _sum((1, reach), (-1, found.depth)), MODULUS_STEP)]
+    return [Coordinate(WORK, work, MODULUS_STEP), *ranges]
 
 
-def _half_powers(found: Scaling) -> tuple[dict[str, float], dict[str, float]]:
-    """ln (w l/E)^(1/2) and ln (w E l^3)^(1/2) as linear forms."""
-    back, tension = {WORK: 0.5}, {WORK: 0.5}
-    if found.modulus:
-        back[found.modulus], tension[found.modulus] = -0.5, 0.5
-    if found.length:
-        back[found.length], tension[found.length] = 1 / 2, 3 / 2
-    return back, tension
-
-
-def _work_coordinate(found: Scaling) -> Coordinate:
-    """ln of w over E c^2 l^(2n - 1), on which non-round tips depend; (d0/l)^2 contains c as far as it is a unit."""
-    weights = {WORK: 1.0}
-    for name, factor in found.depth.items():
-        weights[name] = weights.get(name, 0.0) - 2 * factor
-    for unit, factor in ((found.modulus, -1.0), (found.length, 1.0)):
-        if unit:
-            weights[unit] = weights.get(unit, 0.0) + factor
-    return Coordinate(WORK, weights, MODULUS_STEP)
+def _one(unit: str | None) -> Weights:
+    return {unit: 1.0} if unit else {}

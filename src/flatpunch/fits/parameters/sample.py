@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, cast
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from flatpunch._support.checks import TINY, instance, shown
 from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
 from flatpunch._support.readable import readable
 from flatpunch.compliances.kernel import check_no_membrane
-from flatpunch.contact.physics import ELASTIC, Physics
+from flatpunch.contact.physics import ELASTIC, Physics, PhysicsOf
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import (
@@ -37,7 +37,7 @@ NUISANCE = ("contact", "baseline", "tilt", "drag")
 """Contact point and coefficients of the background."""
 CALIBRATION = ("spring_constant", "sensitivity")
 """Numbers of the calibration that may be drawn; the first is given in N/m, the second relative to the one used."""
-WORK = "work_of_adhesion"
+ADHESION = WORK, RANGE, STRENGTH = "work_of_adhesion", "range_of_action", "strength"
 PULL_OFF = "pull-off force"
 FRAME = "frame"
 IMPRINT = "imprint"
@@ -244,11 +244,10 @@ class Sample:
         """Return the sample with some parameters replaced."""
         self.check(values)
         law = {n: v for n, v in values.items() if n.startswith("relaxation.")}
-        elastic = {n: v for n, v in values.items() if n != WORK and n not in law}
+        adhesion = cast("PhysicsOf", {n: v for n, v in values.items() if n in ADHESION})
+        elastic = {n: v for n, v in values.items() if n not in adhesion and n not in law}
         medium, indenter = paths.with_values(self.medium, self.indenter, elastic)
-        physics = self.physics
-        if WORK in values:
-            physics = replace(physics, work_of_adhesion=values[WORK])
+        physics = replace(self.physics, **adhesion)
         if law:
             physics = replace(physics, relaxation=law_with(physics.relaxation, law))
         return Sample(medium, indenter, physics)
