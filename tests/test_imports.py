@@ -87,7 +87,6 @@ _INSIDE = {
         {"elastic"},
         {"adhesion", "viscoelastic"},
         {"report"},
-        {"models"},
         {"fitting", "half_space", "plan"},
         {"together"},
         {"places"},

@@ -92,15 +92,12 @@ from .media import (
     TwoBodies,
     homogenised,
 )
-from .plots.design import plot_design
+from .plots.bodies import plot_medium, plot_tip
 from .plots.fields import plot_fields
-from .plots.indenter import plot_tip
-from .plots.medium import plot_medium
-from .plots.outline import plot_outline
-from .plots.pressure import plot_pressure
+from .plots.outline import plot_outline, plot_pressure
 from .plots.result import plot_curve
 from .plots.rough import plot_rough
-from .plots.sensitivity import plot_sensitivity
+from .plots.sensitivity import plot_design, plot_sensitivity
 from .punch import flat_punch
 from .rough import asperities, full_contact, rough_contact, rough_theories
 from .sensitivities import sensitivity

@@ -18,7 +18,7 @@ from flatpunch.app.page import start
 from flatpunch.app.tabs import TABS
 from flatpunch.cli.app import app
 from flatpunch.files import load
-from flatpunch.fits.models import forget_models
+from flatpunch.fits.fitting import forget_models
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -9,7 +9,7 @@ from flatpunch.compliances.derivatives import compliance_derivatives
 from flatpunch.compliances.response import layered_response, stack_flexibility, surface_flexibility
 from flatpunch.media import paths
 from flatpunch.sensitivities.parameters import medium_parameters
-from flatpunch.sensitivities.spectrum import Spectrum, by_medium
+from flatpunch.sensitivities.round import Spectrum, by_medium
 from support.collocation import flexibility, solve, system
 from support.propagators import random_material
 

@@ -6,7 +6,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.contact.curve import Control
 from flatpunch.designs.search import Problem
-from flatpunch.designs.variables import variables
+from flatpunch.designs.statement import variables
 
 FILM = fp.Medium([fp.Layer(2e9, 0.4, 1e-6)], base=fp.HalfSpace(70e9, 0.22))
 TIP = fp.Sphere(20e-6)

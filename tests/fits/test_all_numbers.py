@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.designs.variables import variables
+from flatpunch.designs.statement import variables
 from flatpunch.fits import parameter_names
 from flatpunch.fits.parameters.sample import Scale, ends, numbers_in
 from flatpunch.fits.report.table import label
@@ -237,7 +237,7 @@ def test_limits_go_with_the_value(tmp_path, tip, name, limits):
 def test_a_table_that_is_off_is_noted(monkeypatch):
     """By 0.1 % of the force; a batch solves one contact for fits that are near each other."""
     from flatpunch.fits.elastic.model import ForwardModel
-    from flatpunch.fits.models import forget_models
+    from flatpunch.fits.fitting import forget_models
 
     curve, solved, exact = measured(BASE, SPHERE, "exact"), [], ForwardModel.exact
 

@@ -13,7 +13,7 @@ import flatpunch as fp
 from flatpunch.files import shipped_cases
 from flatpunch.fits import Curve, CurveError, fit, fit_batch
 from flatpunch.fits.case import read_fit_case
-from flatpunch.fits.judge.background import Background, likeliest
+from flatpunch.fits.judge.record import Background, likeliest
 from flatpunch.fits.reading import reading_of, traces
 from support.faulty_curves import DEEP, FAULTS, GEOMETRIES, START, YOUNG, empty, faulty, load, waving
 

@@ -9,8 +9,7 @@ from scipy.stats import binom, chisquare
 import flatpunch as fp
 from flatpunch.contact import indent
 from flatpunch.fits import Curve, LogNormal, Normal, Uniform, fit, fit_together
-from flatpunch.fits.fitting import setup_of
-from flatpunch.fits.models import bounds, model_of
+from flatpunch.fits.fitting import model_of, setup_of
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Settings, as_free
 from flatpunch.fits.report import sampling
@@ -57,7 +56,7 @@ def test_residuals_of_many_vectors_are_those_of_each(spring, rtol, baseline):
     wanted = as_free(free)
     model = model_of(Sample(GEL, BEAD), wanted, "auto")
     # beside where a search starts: the identity needs no minimum, and no intervals
-    setup = setup_of(curve, model, bounds(model, wanted), Settings(baseline=baseline, quick=True))
+    setup = setup_of(curve, model, model.bounds(wanted), Settings(baseline=baseline, quick=True))
     start = setup.start()
     x = start + 0.02 * np.random.default_rng(3).normal(size=(7, start.size))
     one = np.ones(7)

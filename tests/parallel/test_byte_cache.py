@@ -35,6 +35,13 @@ def test_the_entries_used_longest_ago_are_dropped():
     assert calls[-1] == 1
 
 
+def test_results_for_what_cannot_be_hashed_are_made_anew():
+    _, make, calls = kept_by(10_000, 1000)
+    for _ in range(2):
+        make([1])
+    assert calls == [[1], [1]]
+
+
 @pytest.mark.long
 def test_a_small_entry_outlives_large_ones_that_are_used_later():
     """A table of forces is small, and the series that it is made of are large and used after it."""

@@ -8,7 +8,7 @@ import pytest
 
 from flatpunch import FlatpunchWarning
 from flatpunch.parallel import calls, solve_points
-from flatpunch.parallel import cluster as on_dask
+from flatpunch.parallel import worker as on_dask
 from support import sample_points as functions
 from support.platforms import SIGNALS
 

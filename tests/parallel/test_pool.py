@@ -14,7 +14,7 @@ import flatpunch as fp
 from flatpunch import bem
 from flatpunch.compliances import compliance
 from flatpunch.contact.refined.refinement import refinement
-from flatpunch.parallel.pool import MOST, shared_out
+from flatpunch.parallel.engine import MOST, shared_out
 from flatpunch.parallel.worker import dismiss
 from support import pool_calls as calls
 from support.platforms import FORK, SIGNALS

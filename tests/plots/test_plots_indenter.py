@@ -5,7 +5,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import flatpunch as fp
-from flatpunch.plots import indenter as plots_indenter
+from flatpunch.plots import bodies
 from flatpunch.plots import result as plots
 
 X = np.linspace(-1e-6, 1e-6, 41)
@@ -24,7 +24,7 @@ TIPS = [
 @pytest.mark.long
 @pytest.mark.parametrize("tip", TIPS, ids=lambda tip: type(tip).__name__)
 def test_every_tip_is_drawn(tip, tmp_path):
-    figure = plots_indenter.indenter_figure(tip, extent=4e-7)
+    figure = bodies.indenter_figure(tip, extent=4e-7)
     assert len(figure.axes) == 3
     assert all("(nm)" in axes.get_xlabel() for axes in figure.axes)
     assert plots.save_figure(figure, tmp_path / "tip.png").stat().st_size > 20_000
@@ -59,9 +59,9 @@ def test_sections_go_where_the_tip_is_steepest_and_flattest():
 
 def test_a_flat_without_anything_beyond_is_refused():
     with pytest.raises(ValueError, match="Draw a larger extent"):
-        plots_indenter.indenter_figure(fp.Vickers(height_removed=1e-7), extent=1e-8)
+        bodies.indenter_figure(fp.Vickers(height_removed=1e-7), extent=1e-8)
     with pytest.raises(ValueError, match="extent"):
-        plots_indenter.indenter_figure(fp.Cone(0.4), extent=0)
+        bodies.indenter_figure(fp.Cone(0.4), extent=0)
 
 
 @pytest.mark.parametrize("view", ["sections", "levels", "surface"])

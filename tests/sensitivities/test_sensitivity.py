@@ -8,7 +8,7 @@ import pytest
 import flatpunch as fp
 from flatpunch.media.paths import with_values
 from flatpunch.sensitivities.parameters import difference, parameters
-from flatpunch.sensitivities.spectrum import _surface_change, law_change
+from flatpunch.sensitivities.round import _surface_change, law_change
 
 FILM = fp.Medium([fp.Layer(2.0, 0.3, 1.0)], base=fp.HalfSpace(1.0, 0.25))
 STACK = fp.Medium(

@@ -134,7 +134,11 @@ class ByteCached(Generic[P, R]):
     def __call__(self, *args: P.args, **kwargs: P.kwargs) -> R:
         """Return what was kept, or call the function."""
         key = (args, *kwargs.items()) if kwargs else args
-        entry = self._kept.get(key)
+        try:
+            entry = self._kept.get(key)
+        except TypeError:
+            # an unhashable part, such as a user's own indenter: nothing is kept
+            return self._function(*args, **kwargs)
         if entry is not None:
             kept: R = self._cache.use(entry)
             return kept
@@ -151,7 +155,7 @@ class ByteCached(Generic[P, R]):
 
 
 def byte_cached(function: Callable[P, R], cache: ByteCache = PROCESS) -> ByteCached[P, R]:
-    """Decorate a function of hashable arguments: its results are kept within the limit of the process."""
+    """Decorate a function: its results for hashable arguments are kept within the limit of the process."""
     return ByteCached(function, cache)
 
 

@@ -47,7 +47,7 @@ from flatpunch.bem.solver.levels import Levels, announced, fitting_threads
 from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliances import Kernel
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.parallel.pool import shared_out
+from flatpunch.parallel.engine import shared_out
 
 DEFAULT_CELLS = 256
 """Cells per side of a grid that is chosen for a contact; half as many quadruple the errors of force and outline."""

@@ -238,7 +238,7 @@ def design(
             progress=lambda done, total: step(f"start {done} of {total}"),
         )
     _print_design(read.title, found)
-    picture = drawn("plots.design:figure", found, title=read.title, style=style)
+    picture = drawn("plots.sensitivity:design_figure", found, title=read.title, style=style)
     write_all((csv, lambda path: _design_table(found, path)), (plot, picture))
 
 
@@ -262,7 +262,7 @@ def _design_table(found: Design, path: Path) -> None:
 
 
 def _print_design(title: str, found: Design) -> None:
-    from flatpunch.designs.targets import UNITS
+    from flatpunch.designs.statement import UNITS
 
     rows = []
     for each in found.values:

@@ -37,7 +37,7 @@ def show_tip(
     half = _extent(read) if extent is None else units.named_si("--extent", extent, units.LENGTH)
     say(f"Indenter  {words(read.indenter)}")
     about = {"extent": half, "title": read.title, "style": style}
-    write_all((target, drawn("plots.indenter:indenter_figure", read.indenter, **about)))
+    write_all((target, drawn("plots.bodies:indenter_figure", read.indenter, **about)))
 
 
 @command("show-medium")
@@ -54,7 +54,7 @@ def show_medium(
     target = _target(case, output, "medium")
     read = _read(case)
     from flatpunch.files.descriptions import describe_bodies
-    from flatpunch.plots.medium import plot_medium
+    from flatpunch.plots.bodies import plot_medium
     from flatpunch.plots.result import save_figure
     from flatpunch.plots.style import panels, styled
 

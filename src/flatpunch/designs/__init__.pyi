@@ -1,4 +1,4 @@
 from .optimisation import Design, DesignedValue, Minimum, design
-from .targets import LargestLoad, Limit, Target
+from .statement import LargestLoad, Limit, Target
 
 __all__ = ["Design", "DesignedValue", "LargestLoad", "Limit", "Minimum", "Target", "design"]

@@ -17,8 +17,7 @@ from flatpunch._support.threads import one_blas_thread
 from flatpunch.contact.default import Method, MethodName
 from flatpunch.contact.methods import BoundaryElements
 from flatpunch.designs.search import ALIKE, LARGEST, ROUNDING, End, Problem, different, reachable, search, starts
-from flatpunch.designs.targets import UNITS, LargestLoad, Limit, Target
-from flatpunch.designs.variables import Variables, variables
+from flatpunch.designs.statement import UNITS, LargestLoad, Limit, Target, Variables, variables
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, underlying
 from flatpunch.sensitivities.derivatives import derivable

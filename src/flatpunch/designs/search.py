@@ -14,8 +14,7 @@ from flatpunch._support.paths import Plain
 from flatpunch._support.progress import Report
 from flatpunch.contact.curve import Control
 from flatpunch.contact.default import Method
-from flatpunch.designs.targets import LargestLoad, Limit, Quantity, Target, achieved
-from flatpunch.designs.variables import Variables
+from flatpunch.designs.statement import LargestLoad, Limit, Quantity, Target, Variables
 from flatpunch.sensitivities.gradient import gradients
 from flatpunch.stresses import critical_load
 
@@ -55,10 +54,13 @@ class Problem:
             medium, indenter = self.variables.case(u)
             self.evaluations += control.values.size
             found = gradients(medium, indenter, control, self.method, self.variables.renewed(medium, indenter))
-            value, slope = achieved(found, control, quantity)
+            value = np.array([getattr(each.contact, quantity) for each in found])
+            # derivatives at what is prescribed
+            at_force = control.name == "force" and quantity != "depth"
+            slope = np.array([getattr(each, f"{quantity}_at_force" if at_force else quantity) for each in found])
             if not all(each.valid for each in found):
                 self.limits[u.tobytes()] = tuple(dict.fromkeys(each.notes for each in found if not each.valid))
-            return value, self.variables.by_u(slope, u)
+            return value, self.variables.by_u(slope / value[:, None], u)
 
         # by content: targets and their controls come and go
         key = (control.name, control.values.tobytes(), quantity, u.tobytes())
@@ -276,9 +278,11 @@ def _by_loads(problem: Problem, aim: LargestLoad, limits: list[Limit], u: Array)
     """The load has kinks where another failure comes first, so no derivatives are used."""
     low, high = problem.variables.ranges
     width = high - low
-    constraints = [
-        scipy.optimize.NonlinearConstraint(_scaled_margins(problem, limit, low, width), 0.0, np.inf) for limit in limits
-    ]
+
+    def margins(limit: Limit) -> Callable[[Array], Array]:
+        return lambda x: problem.margins(low + np.clip(x, 0.0, 1.0) * width, limit)[0]
+
+    constraints = [scipy.optimize.NonlinearConstraint(margins(limit), 0.0, np.inf) for limit in limits]
     # trust region over the range of the vector at which the search for a load ends: critical loads are accurate to 1e-4
     result = scipy.optimize.minimize(
         lambda x: -problem.load(low + np.clip(x, 0.0, 1.0) * width, aim),
@@ -289,10 +293,6 @@ def _by_loads(problem: Problem, aim: LargestLoad, limits: list[Limit], u: Array)
         options={"maxfev": _STEPS * (1 + u.size), "initial_tr_radius": 0.2, "final_tr_radius": 1e-4},
     )
     return np.asarray(low + np.clip(result.x, 0.0, 1.0) * width)
-
-
-def _scaled_margins(problem: Problem, limit: Limit, low: Array, width: Array) -> Callable[[Array], Array]:
-    return lambda x: problem.margins(low + np.clip(x, 0.0, 1.0) * width, limit)[0]
 
 
 def _cost(problem: Problem, aim: Target | LargestLoad, u: Array) -> float:

@@ -16,7 +16,7 @@ from .parameters.settings import Free, Settings
 from .pictures import plot_fit
 from .plan import plan_scan, planned
 from .reading import plot_measured
-from .report.likelihood import Profile
+from .report.fitted import Profile
 from .report.plans import Plan, PlanScan
 from .report.posterior import LogNormal, Normal, Posterior, Uniform
 from .report.result import FitResult

@@ -18,9 +18,8 @@ from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
 from flatpunch._support.threads import cores
-from flatpunch.fits.fitting import fit_model
+from flatpunch.fits.fitting import Model, fit_model, model_of
 from flatpunch.fits.measured.curve import Curve, check_curves
-from flatpunch.fits.models import Model, model_of
 from flatpunch.fits.parameters.sample import BESIDE, Sample
 from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.places import Place, Records, keys_of, listed, on_grid
@@ -322,55 +321,33 @@ class _Job:
     settings: Settings
     reading: Plain
 
-    def one(self, placed: Placed) -> Plain:
-        item, values = placed
-        return self._one(*self._opened(item), values)
-
     @cached_property
     def _model(self) -> Model:
         return model_of(self.sample, self.free, self.settings.method)
 
-    def lost(self, placed: Placed, missing: Missing) -> Plain:
-        return {**_origin(placed[0]), "ok": False, "reason": missing.reason}
-
-    def _opened(self, item: Curve | Place) -> tuple[Plain, Curve | Exception]:
-        """Where a curve comes from, and the curve or what is wrong with it."""
-        origin = _origin(item)
-        if isinstance(item, Curve):
-            return origin, item
+    def one(self, placed: Placed) -> Plain:
+        """The record of a curve: whatever is wrong with it must not cost the others."""
+        item, values = placed
+        origin, place = _origin(item), {}
         try:
-            return origin, self._read(item, origin["curve"])
-        except Exception as error:
-            return origin, error
-
-    def _one(self, origin: Plain, curve: Curve | Exception, values: Mapping[str, float]) -> Plain:
-        place: dict[str, float] = {}
-        try:
-            if isinstance(curve, Exception):
-                raise curve
-            place = _position(curve)
+            curve = item if isinstance(item, Curve) else replace(item.read(self.reading), name=origin["curve"])
+            known = curve.meta.get("metadata", {})
+            place = {key: float(known[key]) for key in ("position x", "position y") if known.get(key) is not None}
             model = model_of(self.sample.replaced(values), self.free, self.settings.method) if values else self._model
             result = fit_model(curve, model, self.free, self.settings, values)
         except Exception as error:
-            # whatever is wrong with one curve must not cost the others
-            known = isinstance(error, (ValueError, TypeError, OSError))
-            reason = str(error) if known else f"{type(error).__name__}: {error}"
+            ours = isinstance(error, (ValueError, TypeError, OSError))
+            reason = str(error) if ours else f"{type(error).__name__}: {error}"
             return {**origin, "ok": False, "reason": reason, **place}
         reasons = doubts(result)
         doubtful = {"ok": False, "reason": f"{origin['curve']}: {'; '.join(reasons)}."} if reasons else {}
         return {**origin, **result.row(), **doubtful, **place}
 
-    def _read(self, place: Place, name: str) -> Curve:
-        return replace(place.read(self.reading), name=name)
+    def lost(self, placed: Placed, missing: Missing) -> Plain:
+        return {**_origin(placed[0]), "ok": False, "reason": missing.reason}
 
 
 def _origin(item: Curve | Place) -> Plain:
     if isinstance(item, Curve):
         return {"curve": item.name}
     return {"curve": item.name, "file": item.path.name, "index": item.index or 0}
-
-
-def _position(curve: Curve) -> dict[str, float]:
-    """Where in a map a curve was taken [m]."""
-    known = curve.meta.get("metadata", {})
-    return {key: float(known[key]) for key in ("position x", "position y") if known.get(key) is not None}

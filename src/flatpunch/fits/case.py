@@ -18,7 +18,7 @@ from flatpunch._support.declared import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
-from flatpunch.contact.default import EXACT
+from flatpunch.contact.default import EXACT, method_of
 from flatpunch.contact.physics import ELASTIC, Physics
 from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import ContactTable, case_text, parsed
@@ -44,10 +44,10 @@ from flatpunch.fits.fitting import fit_ranges
 from flatpunch.fits.half_space.formulas import layer_on_top
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.measured.files.readers import read_curve
-from flatpunch.fits.models import check_free, check_segment, segments
 from flatpunch.fits.parameters.sample import BESIDE, CALIBRATION, NUISANCE, Sample
 from flatpunch.fits.parameters.scaling import scaling
-from flatpunch.fits.parameters.settings import Free, Settings
+from flatpunch.fits.parameters.settings import Free, Settings, check_segment, segments
+from flatpunch.fits.parameters.unknowns import check_free
 from flatpunch.fits.plan import plan_scan, planned
 from flatpunch.fits.report.plans import Plan, PlanScan
 from flatpunch.fits.report.posterior import Prior
@@ -356,7 +356,7 @@ def describe_fit(case: FitCase) -> Iterator[str]:
     yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {segment}"
     method = adhesive_method(case.indenter, settings.method) if case.sample.adhesive else None
     chosen = method or method_for(case.indenter, settings.method)
-    name = chosen if isinstance(chosen, str) else chosen.name
+    name = method_of(chosen).name
     exact = case.indenter.round and name != "bem"
     series = name in ("second-order", "fourth-order")
     if case.film:
@@ -382,7 +382,7 @@ def seconds_of(case: FitCase) -> float:
         free = [DRIFTING]
     shapes = len(scaling(case.medium, case.indenter, free).coordinates)
     method = method_for(case.indenter, case.settings.method)
-    name = method if isinstance(method, str) else method.name
+    name = method_of(method).name
     # a table over five decades of depth, in orders of magnitude; 130 contacts by boundary elements
     table = 60.0 if name == "bem" else 0.3 if case.indenter.round else 15.0 if name == "refined" else 3.0
     return table * float(KNOTS) ** shapes

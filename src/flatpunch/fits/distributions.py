@@ -93,8 +93,7 @@ def _histogram(batch: Batch, name: str, axes: Axes) -> None:
             f"{known.size} curves{left_out}\nmedian {median.value * factor:.4g}{within}\n"
             f"middle two thirds {low:.3g} to {high:.3g} {unit}".rstrip()
         )
-    axes.set_xlabel(axis_label(batch.number(name), unit))
-    axes.set_ylabel("curves")
+    axes.set(xlabel=axis_label(batch.number(name), unit), ylabel="curves")
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
@@ -123,9 +122,7 @@ def _map(batch: Batch, name: str, axes: Axes, x: Array, y: Array, placed: Flags)
     figure = axes.get_figure()
     assert figure is not None
     figure.colorbar(drawn, ax=axes, label=axis_label(batch.number(name), unit))
-    axes.set_aspect("equal")
-    axes.set_xlabel(f"$x$ ({length})")
-    axes.set_ylabel(f"$y$ ({length})")
+    axes.set(aspect="equal", xlabel=f"$x$ ({length})", ylabel=f"$y$ ({length})")
     lost = int(bad.sum())
     axes.set_title(f"{values.size - lost} curves" + (f", {lost} left out (crosses)" if lost else ""))
 
@@ -219,6 +216,5 @@ def _draws(posterior: Posterior, name: str, second: str | None, axes: Axes) -> N
             axes.contourf(*((e[1:] + e[:-1]) / 2 for e in edges), smooth.T, levels, colors=[PALE, BLUE], alpha=0.5)
         axes.plot(*map(np.median, values), "+", color=ORANGE, ms=10, mew=2 * THIN)
         axes.yaxis.set_major_locator(MaxNLocator(3))
-    axes.set_xlabel(labels[0])
-    axes.set_ylabel(labels[1] if second is not None else "density")
+    axes.set(xlabel=labels[0], ylabel=labels[1] if second is not None else "density")
     axes.xaxis.set_major_locator(MaxNLocator(3))

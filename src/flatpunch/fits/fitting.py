@@ -8,20 +8,34 @@ from typing import Unpack
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.byte_cache import byte_cached
+from flatpunch._support.checks import Array, real
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
+from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.adhesion.setup import adhesive_setup
+from flatpunch.fits.elastic.model import ForwardModel, table_of
 from flatpunch.fits.elastic.setup import elastic_setup
 from flatpunch.fits.least_squares.minimum import ROUGH, SETTLED, SOON, Minimum, minimise, reweighted
 from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import memory_of
-from flatpunch.fits.models import FAR, Model, bounds, check_segment, model_of, segments
 from flatpunch.fits.parameters.sample import Sample
-from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, SettingsOf, as_free, options_of
+from flatpunch.fits.parameters.settings import (
+    FitMethod,
+    Free,
+    FreeNames,
+    Options,
+    Settings,
+    SettingsOf,
+    as_free,
+    check_segment,
+    options_of,
+    segments,
+)
+from flatpunch.fits.parameters.unknowns import FAR
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
 from flatpunch.fits.report.result import FitResult
@@ -31,6 +45,35 @@ from flatpunch.media import Body
 
 OFF = 0.1
 """Share of a known thickness for which the change of the moduli is noted; few thicknesses are measured better."""
+
+
+Model = ForwardModel | AdhesiveModel | HistoryModel
+
+
+def model_of(sample: Sample, free: Mapping[str, Free], method: FitMethod) -> Model:
+    """The forward model of a case, kept for the next curve; starting values in `free` differ from those of the sample."""
+    sample.check(free)
+    starts = {name: real(name, f.start) for name, f in free.items() if f.start is not None}
+    return _made(sample.replaced(starts), tuple(free), method)
+
+
+def forget_models() -> None:
+    """Forget all models and their tables, which grow with the curves that they have seen.
+
+    Interpolation moves results by up to the tables' 1e-9; after this call they are those of a new process, to the last digit.
+    """
+    _made.cache_clear()
+    table_of.cache_clear()
+    branch.forget_tables()
+
+
+@byte_cached
+def _made(sample: Sample, free: tuple[str, ...], method: FitMethod) -> Model:
+    if sample.adhesive:
+        return AdhesiveModel(sample, free, method)
+    if sample.relaxing:
+        return HistoryModel(sample, free, method)
+    return ForwardModel(sample.medium, sample.indenter, free, method, sample.physics.finite_strain)
 
 
 @one_blas_thread()
@@ -158,7 +201,7 @@ def fit_model(
     """Fit with a forward model at hand; what `fit` and batches do for each curve, of which some numbers are `measured`."""
     if not isinstance(curve, Curve):
         raise TypeError(f"curve = {type(curve).__name__} must be a Curve(depth, force), or read with read_curve(path).")
-    setup = setup_of(curve, model, bounds(model, free), settings)
+    setup = setup_of(curve, model, model.bounds(free), settings)
     setup, found = searched(setup, curve.name, free, setup.settings)
     while setup.again is not None and (narrower := setup.again(found.x)) is not None:
         setup, found = searched(narrower, curve.name, free, setup.settings)

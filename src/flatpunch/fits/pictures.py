@@ -12,12 +12,14 @@ from matplotlib.figure import Figure
 from flatpunch._support.checks import Array, Indices, instance, switch
 from flatpunch._support.prefixes import text
 from flatpunch.fits.distributions import bars
-from flatpunch.fits.half_space.formulas import layer_on_top
+from flatpunch.fits.half_space.correction import Correction
+from flatpunch.fits.half_space.formulas import WITHIN, layer_on_top
 from flatpunch.fits.report.table import axis_label, unit_of
 from flatpunch.fits.report.table import label as label_of
 from flatpunch.media.material import young_and_poisson
 from flatpunch.plots.style import (
     BLUE,
+    GREEN,
     GREY,
     ORANGE,
     PALE,
@@ -27,6 +29,7 @@ from flatpunch.plots.style import (
     check_label,
     legend_below,
     next_colour,
+    panels,
     printed,
     scale_of,
     scale_on,
@@ -35,22 +38,13 @@ from flatpunch.plots.style import (
 )
 
 if TYPE_CHECKING:
+    import xarray as xr
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
 
     from flatpunch.fits.batch import Batch
     from flatpunch.fits.films.film import FilmResult
     from flatpunch.fits.report.result import FitResult
-
-
-from typing import TYPE_CHECKING
-
-from flatpunch.fits.half_space.correction import Correction
-from flatpunch.fits.half_space.formulas import WITHIN
-from flatpunch.plots.style import GREEN, panels
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 
 _SHOWN = 50
@@ -162,8 +156,7 @@ def _measured_and_fitted(result: FitResult, axes: Axes, label: str | None = None
         axes.plot(x[at], result.force[at] * factor, color=colour, label=name)
     if along.startswith("indentation"):
         axes.axvline(0, color=GREY, lw=THIN, ls=":")
-    axes.set_xlabel(along)
-    axes.set_ylabel(f"normal force $F$ ({unit})")
+    axes.set(xlabel=along, ylabel=f"normal force $F$ ({unit})")
     axes.legend(loc="best", markerscale=2)
     axes.set_title(_title(result.curve.name, result, result.problem.free) if first else "")
 
@@ -193,8 +186,7 @@ def _residuals(result: FitResult, axes: Axes, label: str | None = None) -> None:
     axes.axhline(0, color=colour, lw=1.0)
     if label is not None:
         axes.legend(loc="best", markerscale=2)
-    axes.set_xlabel(along)
-    axes.set_ylabel(f"residual ({unit})")
+    axes.set(xlabel=along, ylabel=f"residual ({unit})")
 
 
 def _several(result: FitResult, top: Axes, bottom: Axes) -> None:
@@ -219,11 +211,9 @@ def _several(result: FitResult, top: Axes, bottom: Axes) -> None:
             left = -one.minimum.residual * one.objective.frame.span / one.noise
         bottom.plot(x[one.used], left, ".", ms=2, alpha=0.5, color=colour, rasterized=True)
     top.legend(title="measured; fitted in black", markerscale=3)
-    top.set_ylabel(f"force over baseline ({y_unit})")
-    top.set_title(_title(f"{len(results)} curves", result, result.shared))
+    top.set(ylabel=f"force over baseline ({y_unit})", title=_title(f"{len(results)} curves", result, result.shared))
     bottom.axhline(0, color=GREY, lw=THIN)
-    bottom.set_xlabel(f"indentation depth $d$ ({x_unit})")
-    bottom.set_ylabel("residual / noise")
+    bottom.set(xlabel=f"indentation depth $d$ ({x_unit})", ylabel="residual / noise")
 
 
 def _title(name: str, result: FitResult, parameters: Sequence[str]) -> str:
@@ -264,8 +254,7 @@ def drift_figure(
             spread: Any = np.abs(ends - values[:, None]).T
             options: Any = {**how, "ms": 4, "capsize": 3, "label": words}
             axes.errorbar(x, values, spread, **options)
-        axes.set_xlabel(f"largest fitted depth ({x_unit})")
-        axes.set_ylabel(axis_label(shown, y_unit))
+        axes.set(xlabel=f"largest fitted depth ({x_unit})", ylabel=axis_label(shown, y_unit))
         axes.set_ylim(bottom=0)
         axes.legend(loc="best", ncols=2)
     return figure
@@ -296,8 +285,7 @@ def _film(result: FilmResult, axes: Axes) -> None:
     for (name, young), style in zip(known.items(), styles, strict=False):
         poisson = young_and_poisson(layer_on_top(result.case)[1])[1]
         axes.axhline(young / (1 - poisson**2) * y_factor, color=ORANGE, lw=THIN, ls=style, label=f"film, {name}")
-    axes.set_xlabel(f"contact depth $h_c$ ({x_unit})")
-    axes.set_ylabel(f"plane-strain modulus $E^*$ ({y_unit})")
+    axes.set(xlabel=f"contact depth $h_c$ ({x_unit})", ylabel=f"plane-strain modulus $E^*$ ({y_unit})")
     axes.set_xlim(left=0)
     legend_below(axes, ncols=3)
 
@@ -325,8 +313,7 @@ def correction_figure(found: Correction, *, title: str = "", style: StyleName | 
         curve.plot([found.depth[-1] * length], [found.reported * factor], "o", color=ORANGE, label="reported")
         curve.set_ylim(bottom=0)
         curve.set_xlim(left=0)
-        curve.set_xlabel(f"indentation depth ({length_unit})")
-        curve.set_ylabel(f"Young's modulus ({unit})")
+        curve.set(xlabel=f"indentation depth ({length_unit})", ylabel=f"Young's modulus ({unit})")
         curve.legend()
     return drawn
 

@@ -11,7 +11,7 @@ import csv
 import hashlib
 import json
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -161,19 +161,6 @@ def _levels(values: Array) -> Indices:
     return found
 
 
-def digests(items: Sequence[Curve | Place], case: str) -> Iterator[str | None]:
-    """Digest of each curve with that of the case; None for a file that cannot be read."""
-    path, digest = None, None
-    for item in items:
-        if isinstance(item, Curve):
-            yield content_key(case, *_content(item))
-            continue
-        if item.path != path:
-            # all curves of a file have its digest
-            path, digest = item.path, _of_file(item.path)
-        yield None if digest is None else content_key(case, digest, item.name, item.index)
-
-
 def _content(curve: Curve) -> tuple[object, ...]:
     """What of a curve reaches its record."""
     columns = (curve.depth, curve.force, curve.stiffness, curve.time, curve.segment)
@@ -285,8 +272,14 @@ def keys_of(
         case = content_key(__version__, sample, dict(free), settings, dict(reading))
     except TypeError as error:
         raise TypeError(f"store: a run with this case cannot be resumed, leave store out. ({error})") from None
-    found = digests([item for item, _ in items], case)
-    return [
-        content_key(key, dict(values)) if key is not None and values else key
-        for key, (_, values) in zip(found, items, strict=True)
-    ]
+    # all curves of a file have its digest
+    files = {path: _of_file(path) for path in {item.path for item, _ in items if isinstance(item, Place)}}
+    found: list[str | None] = []
+    for item, values in items:
+        key = None
+        if isinstance(item, Curve):
+            key = content_key(case, *_content(item))
+        elif (digest := files[item.path]) is not None:
+            key = content_key(case, digest, item.name, item.index)
+        found.append(content_key(key, dict(values)) if key is not None and values else key)
+    return found

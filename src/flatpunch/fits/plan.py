@@ -23,12 +23,13 @@ from flatpunch.contact.indentation import indent
 from flatpunch.contact.methods import FirstOrder
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.elastic.model import method_for
+from flatpunch.fits.elastic.table import DEGREE
 from flatpunch.fits.least_squares.minimum import covariance
 from flatpunch.fits.parameters.sample import BESIDE, Sample, Scale
 from flatpunch.fits.parameters.settings import FreeNames, Options, Settings, as_free, options_of
 from flatpunch.fits.report.findings import TANGLED, combinations
 from flatpunch.fits.report.plans import POORLY, Plan, PlanScan
-from flatpunch.fits.report.posterior import LogNormal, Normal, Prior, Uniform
+from flatpunch.fits.report.posterior import Prior
 from flatpunch.fits.report.table import unit_of
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -212,7 +213,7 @@ def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Se
     relative = np.array([np.add.reduceat(each.force * units, first) / each.contact.force for each in found])
     method = method_for(sample.indenter, settings.method)
     forces = indent(sample.medium, sample.indenter, depth=nodes, method=method, angles=FEW_ANGLES)["force"].values
-    spline = make_interp_spline(np.log(nodes), np.column_stack([np.log(forces), relative]), k=5)
+    spline = make_interp_spline(np.log(nodes), np.column_stack([np.log(forces), relative]), k=DEGREE)
     # below the first node, a thousandth of the depth, the curve is a power law
     at = np.log(np.maximum(readings[inside], nodes[0]))
     values, steps = spline(at), spline(at, nu=1)[:, 0]
@@ -232,7 +233,7 @@ def _judged(
     units = np.append([_slope(sample.numbers[name]) for name in names], np.ones(rest))
     information = scaled @ scaled.T
     for name, prior in priors.items():
-        if not isinstance(prior, (Normal, LogNormal, Uniform)) or name not in all_names:
+        if not follows(prior, Prior) or name not in all_names:
             raise ValueError(
                 f"priors: {shown(name)} = {shown(prior)} must be Normal, LogNormal or Uniform, of one of {', '.join(all_names)}."
             )

@@ -11,11 +11,10 @@ from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, instance
 from flatpunch._support.prefixes import text
-from flatpunch.fits.fitting import descended, setup_of
+from flatpunch.fits.fitting import descended, model_of, setup_of
 from flatpunch.fits.least_squares.problem import Setup
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.orientation import Approach, approach_of
-from flatpunch.fits.models import bounds, model_of
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import Settings, as_free
 from flatpunch.indenters import Paraboloid
@@ -81,7 +80,7 @@ def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
         found = approach_of(curve, settings.direction, back=sample.adhesive)
         lines += found.found
         model = model_of(sample, free, settings.method)
-        setup = setup_of(curve, model, bounds(model, free), settings)
+        setup = setup_of(curve, model, model.bounds(free), settings)
         lines += _about(setup, found, "" if case is not None else " (for a paraboloid on a half-space)")
     except CurveError as error:
         lines += [f"refused: {error}", OVERRIDES]
@@ -148,8 +147,7 @@ def plot_measured(curve: Curve, case: FitCase | None = None, axes: Axes | None =
     (far, length), (strong, newton) = scale_of(curve.depth, "m"), scale_of(curve.force, "N")
     for name, depth, force in traces(reading):
         drawn.plot(depth * far, force * strong, label=name, **_DRAWN[name])
-    drawn.set_xlabel(f"position of the tip ({length})")
-    drawn.set_ylabel(f"normal force $F$ ({newton})")
+    drawn.set(xlabel=f"position of the tip ({length})", ylabel=f"normal force $F$ ({newton})")
     drawn.set_title(curve.name if reading.setup is not None else f"{curve.name}: refused")
     drawn.legend(loc="best")
     return drawn

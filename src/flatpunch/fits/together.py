@@ -17,14 +17,14 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, instance, mapping, real
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fits.fitting import about_thicknesses, descended, effort, setup_of, unfinished
+from flatpunch.fits.fitting import about_thicknesses, descended, effort, model_of, setup_of, unfinished
 from flatpunch.fits.least_squares.minimum import minimise
 from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.curve import Curve, CurveError, check_curves
 from flatpunch.fits.measured.signal import independent
-from flatpunch.fits.models import bounds, check_free, model_of
 from flatpunch.fits.parameters.sample import OF, Sample
 from flatpunch.fits.parameters.settings import Free, FreeNames, Options, Settings, as_free, options_of
+from flatpunch.fits.parameters.unknowns import check_free
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
 from flatpunch.fits.report.result import FitResult
@@ -184,7 +184,7 @@ def _alone(measured: Measured, sample: Sample, free: Mapping[str, Free], setting
     wanted = {name: replace(f, start=None) if name in measured.values else f for name, f in free.items()}
     check_free(here, wanted)
     model = model_of(here, wanted, settings.method)
-    setup = setup_of(measured.curve, model, bounds(model, wanted), settings)
+    setup = setup_of(measured.curve, model, model.bounds(wanted), settings)
     x = _amplitude(setup, setup.start(), settings)
     while setup.again is not None and (narrower := setup.again(x)) is not None:
         setup = narrower

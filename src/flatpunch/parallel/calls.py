@@ -168,27 +168,21 @@ class Team(Protocol):
     @property
     def shared(self) -> bool:
         """Whether a lost worker may have had calls of several slots, so that only a call sent alone is known to be the reason."""
-        ...
 
     def size(self) -> int:
         """Slots at present; ConnectionError where there can be no more workers."""
-        ...
 
     def submit(self, slot: int, function: Callable[..., Any], *arguments: object) -> Future[Any]:
         """Start a call; BrokenExecutor or OSError where the worker of the slot is lost or cannot be started."""
-        ...
 
     def replace(self, slot: int) -> None:
         """End the worker of a slot; the next call starts another."""
-        ...
 
     def lost(self, error: BaseException) -> str | None:
         """Return how the worker of a call was lost; None where the call itself could not be made."""
-        ...
 
     def wait(self) -> None:
         """Called when nothing has come for a while: report where nobody works."""
-        ...
 
 
 def map_calls(

@@ -1,17 +1,24 @@
-"""`solve_points`: many points, each solved once and kept, in this process, in several, or on a cluster."""
+"""`solve_points`: many points, each solved once and kept, in this process, in several, or on a cluster; few long calls as well.
+
+`shared_out` shares few long calls with worker processes that are kept for the next ones.
+"""
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import sys
+import warnings
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from flatpunch._support.checks import follows, shown, switch
 from flatpunch._support.progress import Report, reporting
 from flatpunch._support.reading import as_path
-from flatpunch._support.threads import cores, one_thread
+from flatpunch._support.threads import allowed_threads, cores, one_thread
 from flatpunch._version import __version__
 from flatpunch.parallel.calls import Item, Missing, Team, map_calls
 from flatpunch.parallel.store import Folder, Function, Memory, Outcome, Store, content_key, solved
@@ -175,7 +182,7 @@ def solve_points(
 
 def _team(workers: int, scheduler: str | Client | None) -> AbstractContextManager[Team] | None:
     if scheduler is not None:
-        from flatpunch.parallel.cluster import cluster
+        from flatpunch.parallel.worker import cluster
 
         return cluster(scheduler)
     return processes(workers) if workers > 1 else None
@@ -206,3 +213,62 @@ def function_name(function: Any) -> list[object]:
             "defined inside others. functools.partial adds arguments to one."
         )
     return [function.__module__, name]
+
+
+FEWEST = 4
+"""Calls for which processes are started: with half as many, loading the package takes longer than the calls saved."""
+
+MOST = 3
+"""Worker processes at most: twice as many hold another 300 MB, for rounds of some eight calls."""
+
+_PROCESS = os.getpid()
+
+Common = TypeVar("Common")
+Given = TypeVar("Given")
+Found = TypeVar("Found")
+
+
+def shared_out(
+    function: Callable[[Common, Given], Found],
+    common: Common,
+    items: Sequence[Given],
+    *,
+    done: Callable[[Found], None] = lambda outcome: None,
+    helped: bool = True,
+) -> list[Found]:
+    """Return function(common, item) of every item, in order, called here and in worker processes.
+
+    What the function returns depends on its arguments only; each worker unpickles `common` once. The last items come first: put
+    those that take long at the end. `done` is called here with each outcome. `helped` says whether workers may take part, each of
+    which needs as much memory as this process.
+    """
+    here = partial(function, common)
+    worth = helped and len(items) >= FEWEST and _may_start()
+    team = processes(min(allowed_threads() - 1, MOST), kept=True) if worth else None
+    found: dict[int, Found] = {}
+    for outcomes in map_calls(
+        partial(_strictly, function, common),
+        items,
+        team,
+        here=here,
+        describe=lambda index: Item(index, cost=index),
+        tries=0,
+    ):
+        for index, outcome in outcomes:
+            found[index] = here(items[index]) if isinstance(outcome, Missing) else outcome
+            done(found[index])
+    return [found[index] for index in range(len(items))]
+
+
+def _may_start() -> bool:
+    """Whether this process has cores to spare and may have children: neither a fork nor a worker itself."""
+    own = os.getpid() == _PROCESS and not multiprocessing.current_process().daemon
+    return own and not getattr(sys, "frozen", False) and allowed_threads() > 1
+
+
+def _strictly(function: Callable[[Common, Given], Found], common: Common, item: Given) -> Found:
+    """Call in a worker; what warns fails here, and is called again where the caller sees the warning."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.simplefilter("ignore", DeprecationWarning)
+        return function(common, item)

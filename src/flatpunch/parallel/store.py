@@ -145,15 +145,12 @@ class Store(Protocol):
 
     def states(self, keys: Iterable[str]) -> dict[str, bool]:
         """Keys that are there, each with whether it was solved (True) or failed (False)."""
-        ...
 
     def read(self, key: str) -> Outcome:
         """Outcome of a point that is there."""
-        ...
 
     def write(self, key: str, outcome: Outcome) -> None:
         """Keep an outcome; afterwards it is there, whatever happens."""
-        ...
 
 
 class Memory:

@@ -1,29 +1,41 @@
-"""Processes of this machine that make calls, by loky: those of `map_calls`, and those of the page; and what Ctrl-C is to them.
+"""Workers that make calls: processes of this machine, by loky, also those of the page; a Dask cluster; what Ctrl-C is to them.
 
 Each worker is an executor of loky with a single process, so that one that dies costs only the call that it was at, and a call is
 stopped by ending its process. Functions go to it by value where a script defines them, which is not run again. Workers end with
 this process, however it ends, and leave Ctrl-C to it.
+
+A Dask cluster runs already; results come back to this process, which keeps them. A worker that is lost costs nothing: the
+scheduler gives its calls to another one. It gives up on all that was with workers it has lost more often than its setting
+`distributed.scheduler.allowed-failures` says (3). Those are sent again at the end, one at a time, so that only the call that is
+the reason fails.
 """
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
 import os
+import pkgutil
+import platform
 import signal
 import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from concurrent.futures import BrokenExecutor, Future
+from concurrent.futures import BrokenExecutor, CancelledError, Future
+from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from flatpunch._support.checks import FlatpunchWarning, shown
 from flatpunch._support.threads import ONE_THREAD
+from flatpunch._version import __version__
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 
-@contextlib.contextmanager
+@contextmanager
 def held() -> Iterator[None]:
     """Let Ctrl-C wait until the block is done, so that what is finished is also kept.
 
@@ -43,7 +55,7 @@ def held() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-@contextlib.contextmanager
+@contextmanager
 def unheard_by_children() -> Iterator[None]:
     """Start processes that do not hear Ctrl-C from their first instruction on, not only when they have loaded what they call.
 
@@ -109,7 +121,7 @@ class Worker:
     def progress(self) -> tuple[int, int] | None:
         """Steps done and steps in all, as last reported by the call; None where nothing new was."""
         last = None
-        with contextlib.suppress(OSError, EOFError):
+        with suppress(OSError, EOFError):
             while self._heard.poll():
                 last = self._heard.recv()
         return last
@@ -147,7 +159,7 @@ _kept: list[Worker] = []
 _lock = threading.Lock()
 
 
-@contextlib.contextmanager
+@contextmanager
 def processes(count: int, *, kept: bool = False) -> Iterator[Processes]:
     """So many worker processes, at an error ended at once; `kept` leaves them to the next round of calls."""
     team = Processes(count, kept)
@@ -212,3 +224,145 @@ class Processes:
         """End all workers."""
         for worker in self._workers.values():
             worker.end()
+
+
+PATIENCE = 15.0
+"""Seconds to wait for a scheduler, and for a worker; clusters that start slowly take a few."""
+
+
+@contextmanager
+def cluster(scheduler: str | Client) -> Iterator[Cluster]:
+    """Workers of a scheduler, which must be able to import what they call."""
+    with _client(scheduler) as client:
+        team = Cluster(client)
+        try:
+            yield team
+        finally:
+            team.end()
+
+
+class Cluster:
+    """A team of Dask workers: two chunks for each, one in progress and one that waits there."""
+
+    shared = True
+
+    def __init__(self, client: Client) -> None:
+        self._client, self._executor = client, client.get_executor(pure=False)
+        self._deserted: float | None = None
+        """Time since which there is no worker; infinite once that was reported."""
+
+    def size(self) -> int:
+        """Chunks; those of one worker where there is none for the moment, which wait for it."""
+        self._connected()
+        return 2 * max(1, len(self._client.nthreads()))
+
+    def submit(self, slot: int, function: Callable[..., Any], *arguments: object) -> Future[Any]:
+        """Send a call to the scheduler."""
+        future: Future[Any] = self._executor.submit(function, *arguments)
+        return future
+
+    def replace(self, slot: int) -> None:
+        """The scheduler replaces workers."""
+
+    def lost(self, error: BaseException) -> str | None:
+        """How a call was lost: given up by the scheduler, or on the way back."""
+        from distributed import KilledWorker
+
+        self._connected()
+        if isinstance(error, KilledWorker):
+            return str(error).splitlines()[0]
+        return "the result did not arrive" if isinstance(error, CancelledError) else None
+
+    def wait(self) -> None:
+        """Warn once where all workers are gone: what is sent waits for one."""
+        self._connected()
+        if self._client.nthreads():
+            self._deserted = None
+            return
+        now = time.monotonic()
+        self._deserted = now if self._deserted is None else self._deserted
+        if now - self._deserted > PATIENCE:
+            self._deserted = float("inf")
+            address = self._client.scheduler_info()["address"]
+            warnings.warn(
+                f"All workers of the scheduler at {address} are gone. Finished points are kept; the others wait until one joins: "
+                f"`dask worker {address} --nthreads 1`. Ctrl-C ends the run, and the same call goes on later.",
+                FlatpunchWarning,
+                stacklevel=2,
+            )
+
+    def end(self) -> None:
+        """Call off what is under way."""
+        if self._client.status == "running":
+            self._executor.shutdown(wait=False)
+
+    def _connected(self) -> None:
+        if self._client.status != "running":
+            raise ConnectionError(
+                "The connection to the scheduler was lost. Finished points are kept: start it and run this again."
+            )
+
+
+@contextmanager
+def _client(scheduler: str | Client) -> Iterator[Client]:
+    """Connect, see that there are workers and that they have this package; a client that was given is left open."""
+    try:
+        from distributed import Client
+    except ImportError:
+        raise ValueError(
+            f"scheduler = {shown(scheduler)} needs dask.distributed: install it with `pip install flatpunch[dask]`."
+        ) from None
+    if not isinstance(scheduler, str):
+        _check(scheduler)
+        yield scheduler
+        return
+    try:
+        client = Client(scheduler, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError, TypeError) as error:
+        raise ConnectionError(
+            f"scheduler = {shown(scheduler)} does not answer ({error}). Start one with `dask scheduler`, which says its address, "
+            "and workers with `dask worker ADDRESS --nthreads 1`; the address looks like tcp://host:8786."
+        ) from None
+    with client:
+        _check(client)
+        yield client
+
+
+def _check(client: Client) -> None:
+    address = client.scheduler_info()["address"]
+    try:
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except TimeoutError:
+        raise ConnectionError(
+            f"The scheduler at {address} has no workers. Start some: `dask worker {address} --nthreads 1 --nworkers 8`."
+        ) from None
+    mine = ".".join(platform.python_version_tuple()[:2])
+    for worker, version in _answers(client, platform.python_version):
+        if str(version).rsplit(".", 1)[0] != mine:
+            raise ValueError(f"The worker {worker} runs Python {version}, this is Python {mine}: use the same version.")
+    # functions of the standard library: a worker that lacks this package can call them too
+    for worker, found in _answers(client, pkgutil.resolve_name, "flatpunch._version:__version__"):
+        if found != __version__:
+            has = f"cannot import it ({found})" if isinstance(found, BaseException) else f"has {found}"
+            raise ValueError(
+                f"The worker {worker} needs flatpunch {__version__} and {has}. Install the same version wherever workers run."
+            )
+
+
+def _answers(client: Client, function: Callable[..., object], *arguments: object) -> Iterator[tuple[str, object]]:
+    """What each worker returns or raises, by tasks: `Client.run` waits for ever for workers that are lost."""
+    from distributed import as_completed
+
+    asked = {
+        worker: client.submit(function, *arguments, workers=[worker], allow_other_workers=False, pure=False)
+        for worker in client.nthreads()
+    }
+    with suppress(TimeoutError):
+        for _ in as_completed(list(asked.values()), loop=client.loop, timeout=PATIENCE):
+            pass
+    for worker, future in asked.items():
+        if future.status == "finished":
+            yield worker, future.result()
+        elif future.status == "error":
+            yield worker, future.exception()
+    client.cancel(list(asked.values()))

@@ -131,8 +131,7 @@ def plot_fields(
     drawn = axes.get_figure()
     assert drawn is not None
     drawn.colorbar(mesh, ax=axes, label=f"{label} ({unit})" if unit else label)
-    axes.set_xlabel(f"${names[0]}$ ({length_unit})")
-    axes.set_ylabel(f"${names[1]}$ ({length_unit})")
+    axes.set(xlabel=f"${names[0]}$ ({length_unit})", ylabel=f"${names[1]}$ ({length_unit})")
     return axes
 
 
@@ -227,8 +226,7 @@ def axis_stresses(
         axes.axhline(face * length_factor, **_LINE)
     axes.axvline(0, color=GREY, linewidth=THIN)
     axes.set_ylim(deepest * length_factor, 0)
-    axes.set_xlabel(f"stress on the axis ({unit})")
-    axes.set_ylabel(f"$z$ ({length_unit})")
+    axes.set(xlabel=f"stress on the axis ({unit})", ylabel=f"$z$ ({length_unit})")
     legend_below(axes, ncols=2, frameon=False)
     return axes
 
@@ -262,8 +260,7 @@ def interface_tractions(
                 label=f"{_SYMBOLS[name]}, interface {i + 1}",
             )
     axes.axhline(0, color=GREY, linewidth=THIN)
-    axes.set_xlabel(f"$x$ ({length_unit})")
-    axes.set_ylabel(f"traction ({unit})")
+    axes.set(xlabel=f"$x$ ({length_unit})", ylabel=f"traction ({unit})")
     legend_below(axes, ncols=2, frameon=False)
     return axes
 

@@ -20,8 +20,7 @@ from flatpunch.contact.slip.steps import loading_and_cycle
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 from flatpunch.numerics.extents import ROOM
-from flatpunch.plots.outline import plot_outline
-from flatpunch.plots.pressure import plot_pressure
+from flatpunch.plots.outline import NO_CONTACT, plot_outline, plot_pressure
 from flatpunch.plots.style import (
     BLUE,
     GREEN,
@@ -80,8 +79,7 @@ def loop(cycle: xr.Dataset, axes: Axes, *, equilibria: xr.Dataset | None = None)
     low, high = float(force.min()) * by_force, float(force.max()) * by_force
     # room for the legend above the curve
     axes.set_ylim(low - 0.1 * (high - low), high + 0.5 * (high - low))
-    axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
-    axes.set_ylabel(f"normal force $F$ ({force_unit})")
+    axes.set(xlabel=f"indentation depth $d$ ({depth_unit})", ylabel=f"normal force $F$ ({force_unit})")
     axes.set_title(f"Prescribed {cycle.attrs['control']}: {plain(cycle.attrs['energy_lost'], 'J')} lost in a loop")
     axes.legend(loc="upper left")
     return axes
@@ -101,8 +99,7 @@ def slip_loop(result: xr.Dataset, axes: Axes) -> Axes:
     axes.plot(*cycle, color=_WITHDRAWAL, label="cycle")
     axes.plot(*first, color=_APPROACH, label="first loading")
     axes.axhline(0, color="black", linewidth=THIN)
-    axes.set_xlabel(f"displacement along the surface ({place_unit})")
-    axes.set_ylabel(f"tangential force $T$ ({force_unit})")
+    axes.set(xlabel=f"displacement along the surface ({place_unit})", ylabel=f"tangential force $T$ ({force_unit})")
     lost = float(result["dissipated_energy"].max())
     axes.set_title(f"Friction {result.attrs['friction']:g}: {plain(lost, 'J')} lost in a cycle")
     axes.legend(loc="upper left")
@@ -146,9 +143,7 @@ def adhesion_figure(result: xr.Dataset, medium: Body, indenter: Indenter, style:
 def _largest(result: xr.Dataset) -> int:
     radius: Array = np.where(result["valid"].values, result["radius"].values, 0.0)
     if not radius.max() > 0:
-        raise ValueError(
-            "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
-        )
+        raise ValueError(NO_CONTACT)
     return int(np.argmax(radius))
 
 
@@ -157,8 +152,7 @@ def _curve_alone(result: xr.Dataset, axes: Axes) -> None:
     depth, depth_unit = scaled(result["depth"].values, "m")
     force, force_unit = scaled(result["force"].values, "N")
     axes.plot(depth, force, color=_WITHDRAWAL)
-    axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
-    axes.set_ylabel(f"normal force $F$ ({force_unit})")
+    axes.set(xlabel=f"indentation depth $d$ ({depth_unit})", ylabel=f"normal force $F$ ({force_unit})")
     axes.set_title("Withdrawal")
 
 
@@ -193,9 +187,7 @@ def force_over_depth(result: xr.Dataset, axes: Axes) -> Axes:
     for after in (False, True):
         _arrow(axes, depth, force, after=after)
     axes.axhline(0, color="black", linewidth=THIN)
-    axes.set_xlabel(depth_label)
-    axes.set_ylabel(force_label)
-    axes.set_title("Force over depth, arrows in the sense of time")
+    axes.set(xlabel=depth_label, ylabel=force_label, title="Force over depth, arrows in the sense of time")
     return axes
 
 
@@ -205,9 +197,7 @@ def radius_over_time(result: xr.Dataset, axes: Axes) -> Axes:
     radius, radius_label = _quantity(result, "radius", "mean contact radius $a_0$", "m")
     _line(axes, time, radius, _RADIUS, "-", result)
     axes.set_ylim(bottom=0)
-    axes.set_xlabel(time_label)
-    axes.set_ylabel(radius_label)
-    axes.set_title("Contact radius")
+    axes.set(xlabel=time_label, ylabel=radius_label, title="Contact radius")
     return axes
 
 

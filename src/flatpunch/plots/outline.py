@@ -1,33 +1,48 @@
-"""Contact outlines over the level lines of the tip."""
+"""Contacts seen from above: outlines over the level lines of the tip, and maps of the contact pressure.
+
+The mesh of a map ends at the outline and is finer near the apex and the edge.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import QuadMesh
+from matplotlib.colors import Normalize
 from matplotlib.lines import Line2D
 
 from flatpunch._support.checks import Array, Flags, whole
 from flatpunch.bem.bounding_box import overlap_half_widths
+from flatpunch.contact import pressure
 from flatpunch.contact.curve import NOTABLE_OUTLINE, percent
 from flatpunch.contact.dataset import outlines
 from flatpunch.indenters.profile import Indenter, check_indenter
-from flatpunch.numerics.extents import ROOM
+from flatpunch.media import Body
+from flatpunch.numerics.extents import ROOM, covered
 from flatpunch.plots.style import (
     PALE,
     SAMPLES,
     THIN,
+    Extend,
     axes_or_new,
     check_label,
     check_result,
+    colour_bar,
     legend_below,
     next_colour,
     plain,
+    printed,
     round_step,
     scale_of,
     scale_on,
     scaled,
 )
+
+NO_CONTACT = (
+    "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
+)
+"""Why there is no picture."""
 
 
 def plot_outline(
@@ -97,17 +112,14 @@ def plot_outline(
     framed(axes, half * factor if first else max(half * factor, axes.get_xlim()[1]), unit)
     depth = plain(float(result["depth"].values[last]), "m")
     what = "Outline" if outlined(result)[last] else "Several parts, no outline"
+    error = float(result["contour_error"].values[last]) if "contour_error" in result else 0.0
     if first:
-        axes.set_title(f"{what} at $d$ = {depth}{_doubt(result, last)}")
+        # an error over the mean radius that is worth a word
+        doubt = f", ± {percent(error)}" if NOTABLE_OUTLINE < error < np.inf else ""
+        axes.set_title(f"{what} at $d$ = {depth}{doubt}")
     # below the picture, where nothing is drawn
     legend_below(axes, handles=[thick, *handles], ncols=3, handlelength=1, columnspacing=1)
     return axes
-
-
-def _doubt(result: xr.Dataset, step: int) -> str:
-    """Estimated error of an outline over its mean radius, where it is worth a word."""
-    error = float(result["contour_error"].values[step]) if "contour_error" in result else 0.0
-    return f", ± {percent(error)}" if NOTABLE_OUTLINE < error < np.inf else ""
 
 
 def chosen_step(result: xr.Dataset, step: int | None) -> int:
@@ -128,9 +140,7 @@ def last_valid(result: xr.Dataset) -> int:
     valid = result["valid"].values.astype(bool)
     usable = valid & (result["radius"].values > 0)
     if not usable.any():
-        raise ValueError(
-            "this result has no step with a contact at which the theory holds, so there is no outline to draw; see its notes."
-        )
+        raise ValueError(NO_CONTACT)
     leading, drawn = usable & np.logical_and.accumulate(valid), outlined(result)
     choices = (leading & drawn, usable & drawn, leading, usable)
     return int(np.flatnonzero(next(choice for choice in choices if choice.any()))[-1])
@@ -189,7 +199,113 @@ def framed(axes: Axes, half: float, unit: str) -> None:
     """Square picture of the surface about the point of first touch."""
     axes.set_xlim(-half, half)
     axes.set_ylim(-half, half)
-    axes.set_aspect("equal")
-    axes.set_xlabel(f"$x$ ({unit})")
-    axes.set_ylabel(f"$y$ ({unit})")
+    axes.set(aspect="equal", xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
     axes.locator_params(nbins=4)
+
+
+def plot_pressure(
+    result: xr.Dataset, medium: Body, indenter: Indenter, axes: Axes | None = None, *, step: int | None = None
+) -> Axes:
+    """Draw the contact pressure of one step as a map, with a colour bar.
+
+    The outline stays a line in PDF and SVG; the map is an image of the figure's resolution.
+
+    Parameters
+    ----------
+    result : xarray.Dataset
+        What `indent` returned.
+    medium : Medium, HalfSpace, ...
+        The body it was solved for.
+    indenter : Indenter
+        The indenter it was solved for.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    step : int, optional
+        Which step; by default the last at which the theory holds and the contact has an outline.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    See Also
+    --------
+    pressure : The numbers.
+    plot_outline : Outlines of several steps.
+
+    Examples
+    --------
+    >>> gel, tip = fp.HalfSpace(young=5e3, poisson=0.5), fp.Sphere(radius=5e-6)
+    >>> curve = fp.indent(gel, tip, depth=1e-7)
+    >>> axes = fp.plot_pressure(curve, gel, tip)
+    >>> axes.get_title()
+    'Pressure at $F$ = 627 pN'
+    """
+    check_result(result, "phi", "radius", "valid")
+    check_indenter(indenter)
+    axes = axes_or_new(axes)
+    last = chosen_step(result, step)
+    half = half_width(result, indenter, last)
+    factor, unit = scale_of([half], "m")
+    contour, phi = outlines(result)[last], result["phi"].values
+    has_outline = bool(np.isfinite(contour).all())
+    x, y = _mesh(contour, phi, indenter) if has_outline else np.meshgrid(*2 * [np.linspace(-half, half, SAMPLES)])
+    # all rays of a round contact are alike
+    rays = slice(1) if has_outline and indenter.round else slice(None)
+    # the quantity that was prescribed leads back to the same contact, also where another one does not rise with it
+    control: dict[str, float] = {result.attrs["control"]: float(result[result.attrs["control"]].values[last])}
+    work = result.attrs.get("work_of_adhesion")
+    field, error = pressure(
+        medium,
+        indenter,
+        x[:, rays],
+        y[:, rays],
+        method=result.attrs["method"],
+        work_of_adhesion=work,
+        range_of_action=result.attrs.get("range_of_action"),
+        return_error=True,
+        **control,
+    )
+    _pressures(axes, x * factor, y * factor, np.broadcast_to(field, x.shape), tension=work is not None)
+    axes.plot(*closed(contour, phi, factor), color="black", linewidth=THIN)
+    framed(axes, half * factor, unit)
+    force = plain(float(result["force"].values[last]), "N")
+    axes.set_title(f"Pressure at $F$ = {force}{_doubt_of_pressure(field, error)}")
+    return axes
+
+
+def _mesh(contour: Array, phi: Array, indenter: Indenter) -> tuple[Array, Array]:
+    """Points on rays from the apex to the outline, shape (along, rays): rays along the edges of a tip are among them."""
+    angles = np.unique(
+        np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), indenter.split_angles, phi[:: 1 + phi.size // SAMPLES]])
+    )
+    edge = np.interp(angles, phi, contour, period=2 * np.pi)
+    # the pressure may be infinite at either end: it is taken just inside
+    share = np.clip((1 - np.cos(np.linspace(0, np.pi, SAMPLES // 2))) / 2, 1e-4, 1 - 1e-4)
+    r = share[:, None] * edge
+    return r * np.cos(angles), r * np.sin(angles)
+
+
+def _pressures(axes: Axes, x: Array, y: Array, field: Array, *, tension: bool) -> QuadMesh:
+    """Coloured mesh and its bar; with adhesion tension is red, pressure blue. Infinite pressures are cut."""
+    inside = field[np.isfinite(field) & (field != 0)]
+    top, singular = covered(np.abs(field[field != 0]))
+    factor, unit = scale_of([top], "Pa")
+    norm = (
+        Normalize(-top * factor, top * factor)
+        if tension
+        else Normalize(min(0.0, float(inside.min(initial=0.0))) * factor, top * factor)
+    )
+    shown = np.clip(np.nan_to_num(field, nan=0.0, posinf=top, neginf=-top), -top, top) * factor
+    mesh = axes.pcolormesh(
+        x, y, shown, cmap="RdBu" if tension else "viridis", norm=norm, shading="gouraud", rasterized=True
+    )
+    extend: Extend = "min" if tension else "max" if singular else "neither"
+    colour_bar(axes, mesh, f"pressure $p$ ({printed(unit)})", extend)
+    return mesh
+
+
+def _doubt_of_pressure(field: Array, error: Array) -> str:
+    """Typical error of a pressure over its mean, where it is worth a word."""
+    inside = (field != 0) & np.isfinite(field)
+    share = float(np.median(error[inside]) / np.abs(field[inside]).mean()) if inside.any() else 0.0
+    return f", ± {percent(share)}" if share > 0.01 else ""

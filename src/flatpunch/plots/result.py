@@ -7,6 +7,7 @@ Units get the prefix that keeps numbers readable.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -21,10 +22,9 @@ from flatpunch.contact.curve import percent
 from flatpunch.contact.default import EXACT
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
+from flatpunch.plots.bodies import plot_medium
 from flatpunch.plots.loops import adhesion_figure, force_over_depth, history_figure, loop, slip_loop
-from flatpunch.plots.medium import is_graded, plot_medium
-from flatpunch.plots.outline import last_valid, plot_outline
-from flatpunch.plots.pressure import plot_pressure
+from flatpunch.plots.outline import last_valid, plot_outline, plot_pressure
 from flatpunch.plots.style import (
     BLUE,
     GREY,
@@ -119,7 +119,11 @@ def _force(result: xr.Dataset, axes: Axes, colour: str, label: str | None) -> No
     rate = result["stiffness"].values * by_force / by_depth
     valid = result["valid"].values.astype(bool)
     rising = _rising(depth, force) and bool(np.isfinite(rate).all())
-    x, y, sound = _smooth(depth, force, rate, valid) if rising else (depth, force, valid)
+    x, y, sound = depth, force, valid
+    if rising:
+        exponent = _exponent(float(depth[0]), float(force[0]), float(rate[0]))
+        hermite = scipy.interpolate.CubicHermiteSpline
+        x, y, sound = _smooth(depth, force, valid, lambda at: hermite(depth, force, rate)(at), exponent)
     axes.plot(x, np.where(sound, y, np.nan), color=colour, label=label or "force")
     if not valid.all():
         axes.plot(x, np.where(sound, np.nan, y), color=GREY, label="force, theory does not hold")
@@ -133,8 +137,7 @@ def _force(result: xr.Dataset, axes: Axes, colour: str, label: str | None) -> No
         right, above = (0.0, 0.0) if first else (axes.get_xlim()[1], axes.get_ylim()[1])
         axes.set_xlim(0, None if first else max(right, HEADROOM * float(np.nanmax(depth))))
         axes.set_ylim(0, max(top, above) or None)
-    axes.set_xlabel(f"indentation depth $d$ ({depth_unit})")
-    axes.set_ylabel(f"normal force $F$ ({force_unit})")
+    axes.set(xlabel=f"indentation depth $d$ ({depth_unit})", ylabel=f"normal force $F$ ({force_unit})")
     if first:
         axes.set_title(_title(result, valid))
 
@@ -150,7 +153,10 @@ def _stiffness(result: xr.Dataset, axes: Axes, colour: str) -> None:
     valid = result["valid"].values.astype(bool)
     x, y, sound = depth, stiffness, valid
     if _rising(depth, result["force"].values) and np.isfinite(stiffness).all():
-        x, y, sound = _stiffness_between(depth, stiffness, result, valid)
+        exponent = _exponent(*(float(result[name].values[0]) for name in ("depth", "force", "stiffness")))
+        below = None if exponent is None else exponent - 1
+        pchip = scipy.interpolate.PchipInterpolator
+        x, y, sound = _smooth(depth, stiffness, valid, lambda at: pchip(depth, stiffness)(at), below)
     right.plot(x, np.where(sound, y, np.nan), "--", color=colour, label="stiffness")
     if not valid.all():
         right.plot(x, np.where(sound, np.nan, y), "--", color=GREY)
@@ -175,35 +181,19 @@ def _exponent(depth: float, force: float, rate: float) -> float | None:
     return rate * depth / force if depth > 0 and force > 0 and rate > 0 else None
 
 
-def _places(depth: Array, valid: Flags) -> tuple[Array, Array, Flags]:
-    """Depths below the first step and between the steps, those of the steps among them, and whether the theory holds there."""
+def _smooth(
+    depth: Array, values: Array, valid: Flags, curve: Callable[[Array], Array], exponent: float | None
+) -> tuple[Array, Array, Flags]:
+    """Depths, a curve between the steps and below the first of them its power law, and whether the theory holds there."""
     share = np.arange(_BETWEEN) / _BETWEEN
     between = np.append((depth[:-1, None] + np.diff(depth)[:, None] * share).ravel(), depth[-1])
     sound = np.append(np.repeat(valid[:-1] & valid[1:], _BETWEEN), valid[-1])
     sound[::_BETWEEN] = valid
-    return np.linspace(0, depth[0], 3 * _BETWEEN, endpoint=False), between, sound
-
-
-def _smooth(depth: Array, force: Array, rate: Array, valid: Flags) -> tuple[Array, Array, Flags]:
-    """Curve through forces and stiffnesses, and below the first step the power law that these imply."""
-    start, between, sound = _places(depth, valid)
-    y = force if depth.size == 1 else scipy.interpolate.CubicHermiteSpline(depth, force, rate)(between)
-    exponent = _exponent(float(depth[0]), float(force[0]), float(rate[0]))
-    if exponent is None:
+    y = values if depth.size == 1 else curve(between)
+    if exponent is None or exponent < 0:
         return between, y, sound
-    below = force[0] * (start / depth[0]) ** exponent
-    return np.append(start, between), np.append(below, y), np.append(np.full(start.size, valid[0]), sound)
-
-
-def _stiffness_between(depth: Array, stiffness: Array, result: xr.Dataset, valid: Flags) -> tuple[Array, Array, Flags]:
-    """Curve through the stiffnesses, shape-preserving between the steps."""
-    start, between, sound = _places(depth, valid)
-    y = stiffness if depth.size == 1 else scipy.interpolate.PchipInterpolator(depth, stiffness)(between)
-    first = [float(result[name].values[0]) for name in ("depth", "force", "stiffness")]
-    exponent = _exponent(*first)
-    if exponent is None or exponent < 1:
-        return between, y, sound
-    below = stiffness[0] * (start / depth[0]) ** (exponent - 1)
+    start = np.linspace(0, depth[0], 3 * _BETWEEN, endpoint=False)
+    below = values[0] * (start / depth[0]) ** exponent
     return np.append(start, between), np.append(below, y), np.append(np.full(start.size, valid[0]), sound)
 
 
@@ -245,8 +235,7 @@ def figure(
             return history_figure(result, indenter, chosen, title=title)
         if "work_of_adhesion" in result.attrs:
             return adhesion_figure(result, medium, indenter, chosen, title=title)
-        graded = is_graded(medium)
-        drawn, (first, second, third, *more) = panels(chosen, 3 + graded, title=title)
+        drawn, (first, second, third, *more) = panels(chosen, 3 + medium.varies, title=title)
         plot_curve(result, first)
         plot_outline(result, second, indenter=indenter)
         _pressure_or_reason(result, medium, indenter, third)

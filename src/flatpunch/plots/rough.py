@@ -80,9 +80,7 @@ def plot_rough(contact: xr.Dataset, axes: Axes | None = None, *, theories: xr.Da
             )
     logarithmic(axes, "x")
     logarithmic(axes, "y")
-    axes.set_xlabel(f"mean pressure ({printed(unit)})")
-    axes.set_ylabel("share of the area in contact (%)")
-    axes.set_title("Contact area")
+    axes.set(xlabel=f"mean pressure ({printed(unit)})", ylabel="share of the area in contact (%)", title="Contact area")
     if theories is not None:
         axes.legend(loc="lower right")
     return axes
@@ -117,9 +115,7 @@ def asperities_figure(
         depth, force = contact["depth"].values, contact["asperity_force"].values
         (along, x_unit), (up, y_unit) = scale_of(depth, "m"), scale_of(force, "N")
         left.plot(depth * along, force * up, color=BLUE, linewidth=1, marker="o" if depth.size < 3 else "")
-        left.set_xlabel(f"depth ({x_unit})")
-        left.set_ylabel(f"force of each asperity ({y_unit})")
-        left.set_title("Forces")
+        left.set(xlabel=f"depth ({x_unit})", ylabel=f"force of each asperity ({y_unit})", title="Forces")
         places, radius, last = np.asarray(positions, dtype=float), contact["radius"].values[-1], force[-1]
         factor, unit = scale_of(places.ravel(), "m")
         from matplotlib.collections import EllipseCollection
@@ -137,9 +133,7 @@ def asperities_figure(
         spread = ROOM * radius.max() + 0.1 * np.ptp(places)
         right.set_xlim(*(factor * (places[:, 0].min() - spread), factor * (places[:, 0].max() + spread)))
         right.set_ylim(*(factor * (places[:, 1].min() - spread), factor * (places[:, 1].max() + spread)))
-        right.set_aspect("equal")
-        right.set_xlabel(f"$x$ ({unit})")
-        right.set_ylabel(f"$y$ ({unit})")
+        right.set(aspect="equal", xlabel=f"$x$ ({unit})", ylabel=f"$y$ ({unit})")
         right.set_title(f"Contacts at $F$ = {plain(float(contact['force'].values[-1]), 'N')}")
         colour_bar(right, discs, f"force ({y_unit})")
     return drawn
@@ -163,9 +157,7 @@ def _map(
         interpolation="nearest",
     )
     axes.set_facecolor("white")
-    axes.set_xlabel(f"$x$ ({length})")
-    axes.set_ylabel(f"$y$ ({length})")
-    axes.set_title(title)
+    axes.set(xlabel=f"$x$ ({length})", ylabel=f"$y$ ({length})", title=title)
     colour_bar(axes, drawn, f"{name} ({printed(shown)})", "max" if cut else "neither")
 
 
@@ -179,6 +171,5 @@ def _patches(last: xr.Dataset, axes: Axes) -> None:
     if sizes.size:
         logarithmic(axes, "x")
         logarithmic(axes, "y")
-    axes.set_xlabel(f"area of a patch ({printed(unit)})")
-    axes.set_ylabel("patches that are larger")
+    axes.set(xlabel=f"area of a patch ({printed(unit)})", ylabel="patches that are larger")
     axes.set_title(f"{sizes.size} patches")

@@ -1,4 +1,4 @@
-"""Pictures of depth sensitivities: how much of a force comes from which depth, at one contact or over a whole curve."""
+"""Pictures of depth sensitivities, which depth a force comes from, and of designs: what they achieve, within which bounds."""
 
 from __future__ import annotations
 
@@ -9,16 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 import scipy
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, instance
 from flatpunch._support.paths import Plain
+from flatpunch._support.prefixes import readable
+from flatpunch.designs import Design
+from flatpunch.designs.statement import UNITS
 from flatpunch.numerics.extents import ROOM, covered
 from flatpunch.plots.style import (
+    BLUE,
     GREY,
     HEADROOM,
     ORANGE,
     SHADE,
     THIN,
+    StyleName,
     axes_or_new,
     check_label,
     check_result,
@@ -27,10 +34,12 @@ from flatpunch.plots.style import (
     next_colour,
     scale_of,
     scale_on,
+    styled,
 )
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 _PLACE = re.compile(r"(?P<side>upper\.|lower\.)?(?:layers\[(?P<layer>\d+)\]|base)\.")
 
@@ -120,8 +129,7 @@ def _profile(result: xr.Dataset, axes: Axes, label: str | None) -> None:
         along, down = [*along, *axes.get_xlim()], [*down, *axes.get_ylim()]
     axes.set_xlim(min(along), max(along))
     axes.set_ylim(min(down), max(down))
-    axes.set_xlabel(rf"$\partial \ln F/\partial \ln E(z)$ (1/{unit})")
-    axes.set_ylabel(f"depth $z$ ({unit})")
+    axes.set(xlabel=rf"$\partial \ln F/\partial \ln E(z)$ (1/{unit})", ylabel=f"depth $z$ ({unit})")
     legend_below(axes)
 
 
@@ -154,8 +162,7 @@ def _map(result: xr.Dataset, axes: Axes) -> None:
     axes.set_ylim(top=max(float(z[shown].max()), 0.0) * down, bottom=min(float(z[shown].min()), 0.0) * down)
     label = rf"$\partial \ln F/\partial \ln E(z)$ (1/{down_unit})"
     colour_bar(axes, mesh, label, "max" if cut else "neither")
-    axes.set_xlabel(f"indentation depth $d$ ({along_unit})")
-    axes.set_ylabel(f"depth $z$ ({down_unit})")
+    axes.set(xlabel=f"indentation depth $d$ ({along_unit})", ylabel=f"depth $z$ ({down_unit})")
     # white on the pale paper below the axes cannot be read
     axes.legend(labelcolor="white", loc="lower right", frameon=False)
 
@@ -185,3 +192,85 @@ def _pieces(z: Array, layer: Array) -> list[tuple[int, int]]:
 def _faces(z: Array, layer: Array) -> Array:
     """Depths at which layers meet, 0 between two bodies."""
     return np.array([0.0 if z[b - 1] < 0 < z[b] else z[b] for _, b in _pieces(z, layer)[:-1]])
+
+
+def plot_design(result: Design, axes: Axes | None = None) -> Axes:
+    """Draw the prescribed quantity with that of the design and of the case before; of a load, both loads.
+
+    Parameters
+    ----------
+    result : Design
+        What `design` returned.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    See Also
+    --------
+    design : Makes the result.
+
+    Examples
+    --------
+    >>> film = fp.Layer(young=2e9, poisson=0.4, thickness=1e-6)
+    >>> film = fp.Medium([film], base=fp.HalfSpace(young=70e9, poisson=0.22))
+    >>> wanted = fp.Target("stiffness", 50e3, force=2e-3)
+    >>> found = fp.design(film, fp.Sphere(radius=20e-6), vary={"layers[0].young": (1e9, 9e9)}, objective=wanted)
+    >>> axes = fp.plot_design(found)
+    >>> print(axes.get_ylabel())
+    stiffness (kN/m)
+    """
+    instance("result", result, (Design,), "a Design, as `design` returns it")
+    axes = axes_or_new(axes)
+    if not result.control:
+        loads = np.array([result.before[0], result.achieved[0]])
+        endless = np.isinf(loads)
+        factor, unit = readable(float(loads[~endless].max()), "N")
+        axes.bar([0, 1], np.where(endless, 0.0, loads) * factor, color=[GREY, BLUE])
+        axes.set_xticks([0, 1], ["before", "design"])
+        axes.set_ylabel(f"critical load ({unit})")
+        if endless[1]:
+            axes.text(1, 0.5, "nothing fails", ha="center", transform=axes.get_xaxis_transform())
+        return axes
+    along, along_unit = readable(float(result.at.max()), UNITS[result.control])
+    up, unit = readable(float(result.wanted.max()), UNITS[result.quantity])
+    order = np.argsort(result.at)
+    x = result.at[order] * along
+    axes.plot(x, result.before[order] * up, "--", marker=".", color=GREY, label="before")
+    axes.plot(x, result.achieved[order] * up, color=BLUE, marker=".", label="design")
+    axes.plot(x, result.wanted[order] * up, "o", color="black", markerfacecolor="none", label="prescribed")
+    axes.set(xlabel=f"{result.control} ({along_unit})", ylabel=f"{result.quantity} ({unit})")
+    axes.xaxis.set_major_locator(MaxNLocator(4))
+    axes.legend(frameon=False)
+    return axes
+
+
+def design_figure(result: Design, *, title: str = "", style: StyleName | str = "screen") -> Figure:
+    """The prescribed quantity, and each number between its bounds."""
+    with styled(style) as chosen:
+        one = chosen.across == 1
+        width = chosen.width or 10
+        drawn = Figure(figsize=(width, width if one else width / 2), layout="constrained")
+        first, second = drawn.subplots(*((2, 1) if one else (1, 2)))
+        plot_design(result, first)
+        _bounds(result, second)
+        if title:
+            drawn.suptitle("\n".join(chosen.heading(title, width)))
+    return drawn
+
+
+def _bounds(result: Design, axes: Axes) -> None:
+    """Start and found value of each number, from its lower bound to its upper one, in logarithms where they are positive."""
+    for row, each in enumerate(result.values):
+        numbers: Array = np.array([each.low, each.start, each.found, each.high])
+        if each.low > 0:
+            numbers = np.log(numbers)
+        place = (numbers - numbers[0]) / (numbers[3] - numbers[0])
+        axes.plot([0, 1], [row, row], color="#d9d9d9", linewidth=4, solid_capstyle="butt")
+        axes.plot(place[1], row, "o", color=GREY, markerfacecolor="white", label="" if row else "before")
+        axes.plot(place[2], row, "o", color=BLUE, label="" if row else "design")
+    axes.set_yticks(range(len(result.values)), [each.name for each in result.values])
+    axes.set_xticks([0, 1], ["lower bound", "upper bound"])
+    axes.set_ylim(len(result.values) - 0.5, -0.5)

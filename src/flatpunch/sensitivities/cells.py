@@ -27,8 +27,7 @@ from flatpunch.indenters.profile import Indenter
 from flatpunch.media.paths import with_values
 from flatpunch.punch.wavenumbers import composite_gauss, panel_edges
 from flatpunch.sensitivities.parameters import Parameter, difference
-from flatpunch.sensitivities.round import first_panel
-from flatpunch.sensitivities.spectrum import Spectrum
+from flatpunch.sensitivities.round import Spectrum, first_panel
 
 
 @dataclass(frozen=True, slots=True)

@@ -30,7 +30,7 @@ from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, underlying
 from flatpunch.sensitivities.gradient import Gradient, gradients, has_power_law
 from flatpunch.sensitivities.parameters import Parameter, parameters
-from flatpunch.sensitivities.spectrum import energy_shares
+from flatpunch.sensitivities.round import energy_shares
 from flatpunch.stresses.bodies import Located, located
 
 if TYPE_CHECKING:
@@ -116,14 +116,14 @@ def _chosen(medium: Body, narrowest: float, widest: float) -> Iterator[Located]:
 
 
 _QUANTITIES = {
-    "force": ("force", "force", "relative change of the force at fixed depth"),
-    "depth": ("depth", "depth", "relative change of the depth at fixed force"),
-    "stiffness": ("stiffness", "stiffness", "relative change of the stiffness at fixed depth"),
-    "radius": ("radius", "radius", "relative change of the contact radius at fixed depth"),
-    "stiffness_at_force": ("stiffness_at_force", "stiffness", "relative change of the stiffness at fixed force"),
-    "radius_at_force": ("radius_at_force", "radius", "relative change of the contact radius at fixed force"),
+    "force": ("force", "relative change of the force at fixed depth"),
+    "depth": ("depth", "relative change of the depth at fixed force"),
+    "stiffness": ("stiffness", "relative change of the stiffness at fixed depth"),
+    "radius": ("radius", "relative change of the contact radius at fixed depth"),
+    "stiffness_at_force": ("stiffness", "relative change of the stiffness at fixed force"),
+    "radius_at_force": ("radius", "relative change of the contact radius at fixed force"),
 }
-"""Variable of the result -> attribute of a gradient, quantity of the contact, and meaning."""
+"""Variable of the result, an attribute of gradients -> quantity of the contact, and meaning."""
 
 
 @one_blas_thread()
@@ -279,8 +279,8 @@ def _dataset(
     def put(name: str, dims: tuple[str, ...], rows: Array, attributes: dict[str, str]) -> None:
         columns[name] = ((*step, *dims), rows[0] if scalar else rows, attributes)
 
-    for name, (attribute, quantity, meaning) in _QUANTITIES.items():
-        rows = np.array([getattr(each, attribute) * theta / getattr(each.contact, quantity) for each in found])
+    for name, (quantity, meaning) in _QUANTITIES.items():
+        rows = np.array([getattr(each, name) * theta / getattr(each.contact, quantity) for each in found])
         put(name, ("parameter",), rows, {"units": "1", "long_name": f"{meaning} per relative change of the parameter"})
     for name, unit in (("depth", "m"), ("force", "N"), ("radius", "m"), ("stiffness", "N/m")):
         row = np.array([getattr(each.contact, name) for each in found])

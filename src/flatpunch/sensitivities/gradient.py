@@ -29,8 +29,7 @@ from flatpunch.media.paths import with_values
 from flatpunch.sensitivities import cells
 from flatpunch.sensitivities import round as discs
 from flatpunch.sensitivities.parameters import Parameter, difference, difference_and_error
-from flatpunch.sensitivities.round import Contact
-from flatpunch.sensitivities.spectrum import Spectrum, by_medium
+from flatpunch.sensitivities.round import Contact, Spectrum, by_medium
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -40,76 +39,6 @@ Series = SecondOrder | FourthOrder
 
 _STEP = 1e-2
 """Step over the number itself: truncation and rounding are then below 1e-11 of an analytic curve of order one."""
-
-
-@dataclass(frozen=True, slots=True)
-class SeriesContacts:
-    """Contacts of a curve and their derivatives.
-
-    Attributes
-    ----------
-    contacts : list of Contact
-    force, stiffness, radius : ndarray, shape (n, parameters)
-        Derivatives at fixed depth.
-    valid : list of bool
-        Of each contact, as of `indent`.
-    notes : str
-    """
-
-    contacts: list[Contact]
-    force: Array
-    stiffness: Array
-    radius: Array
-    valid: list[bool]
-    notes: str
-
-
-def series_contacts(
-    medium: Body, indenter: Indenter, control: Control, method: Series, wanted: list[Parameter]
-) -> SeriesContacts:
-    """Solve a curve and differentiate it at fixed depths."""
-    given: Plain = {control.name: control.values}
-    curve = indent(medium, indenter, method=method, angles=FEW_ANGLES, **given)
-    depth = curve["depth"].values
-
-    def at(medium_: Body, indenter_: Indenter, scale: float = 1.0) -> Array:
-        found = indent(medium_, indenter_, depth=scale * depth, method=method, angles=FEW_ANGLES)
-        return np.array([found[name].values for name in ("force", "stiffness", "radius")])
-
-    force, stiffness, radius = (curve[name].values for name in ("force", "stiffness", "radius"))
-    _, bend, growing = difference(lambda s: at(medium, indenter, s), 1.0, _STEP) / depth
-    contacts = [
-        Contact(*map(float, row[:4]), *((1 / row[5], row[4] / row[5]) if row[5] else (np.inf, 0.0)))
-        for row in zip(radius, depth, force, stiffness, bend, growing, strict=True)
-    ]
-    slopes, errors = np.empty((2, len(wanted), 3, depth.size))
-    for j, each in enumerate(wanted):
-
-        def changed(value: float, name: str = each.path) -> Array:
-            return at(*with_values(medium, indenter, {name: value}))
-
-        slopes[j], errors[j] = difference_and_error(changed, each.value, _STEP * (abs(each.value) or 1.0))
-    columns = slopes.transpose(1, 2, 0)
-    notes = [*str(curve.attrs["notes"]).splitlines(), *_notes(curve, method, wanted, slopes[:, 0], errors[:, 0])]
-    return SeriesContacts(
-        contacts, columns[0], columns[1], columns[2], curve["valid"].values.tolist(), "\n".join(notes)
-    )
-
-
-def _notes(curve: xr.Dataset, method: Series, wanted: list[Parameter], slopes: Array, errors: Array) -> list[str]:
-    own = percent(float(curve["force_error"].max()))
-    notes = [
-        f"Derivatives are those of the {method.name} curve, which expects its forces within {own}; those of the true contact "
-        "differ by about as much."
-    ]
-    if wanted:
-        unit = np.array([abs(each.value) or 1.0 for each in wanted])[:, None]
-        share = (errors * unit).max() / max(float(np.abs(slopes * unit).max()), TINY)
-        if share > 1e-6:
-            notes.append(
-                f"By differences, derivatives are known to {share:.1g} of the largest: a kink of the tip is near."
-            )
-    return notes
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,11 +96,11 @@ def gradients(
             for value in control.values
         ]
     if isinstance(method, (SecondOrder, FourthOrder)) and not indenter.round:
-        return _of_series(series_contacts(medium, indenter, control, method, wanted))
+        return _of_series(medium, indenter, control, method, wanted)
     given: Plain = {control.name: control.values}
     curve = indent(medium, indenter, method=FirstOrder(), angles=1, **given)
     notes = curve.attrs["notes"]
-    tip = indenter if indenter.round else _mean_tip(indenter)
+    tip = indenter if indenter.round else _MeanTip(indenter)
     steps = zip(curve["radius"].values.tolist(), curve["depth"].values.tolist(), strict=True)
     contacts = [discs.contact_at(kernel, tip, radius, depth) for radius, depth in steps]
     by_shape = discs.by_tip(kernel, indenter, contacts, [each for each in wanted if each.body < 0])
@@ -181,9 +110,53 @@ def gradients(
     ]
 
 
-def _of_series(found: SeriesContacts) -> list[Gradient]:
-    rows = zip(found.contacts, found.force, found.stiffness, found.radius, strict=True)
-    return [Gradient(*row, None, found.notes, valid) for row, valid in zip(rows, found.valid, strict=True)]
+def _of_series(
+    medium: Body, indenter: Indenter, control: Control, method: Series, wanted: list[Parameter]
+) -> list[Gradient]:
+    """Solve a curve and differentiate it at fixed depths."""
+    given: Plain = {control.name: control.values}
+    curve = indent(medium, indenter, method=method, angles=FEW_ANGLES, **given)
+    depth = curve["depth"].values
+
+    def at(medium_: Body, indenter_: Indenter, scale: float = 1.0) -> Array:
+        found = indent(medium_, indenter_, depth=scale * depth, method=method, angles=FEW_ANGLES)
+        return np.array([found[name].values for name in ("force", "stiffness", "radius")])
+
+    force, stiffness, radius = (curve[name].values for name in ("force", "stiffness", "radius"))
+    _, bend, growing = difference(lambda s: at(medium, indenter, s), 1.0, _STEP) / depth
+    contacts = [
+        Contact(*map(float, row[:4]), *((1 / row[5], row[4] / row[5]) if row[5] else (np.inf, 0.0)))
+        for row in zip(radius, depth, force, stiffness, bend, growing, strict=True)
+    ]
+    slopes, errors = np.empty((2, len(wanted), 3, depth.size))
+    for j, each in enumerate(wanted):
+
+        def changed(value: float, name: str = each.path) -> Array:
+            return at(*with_values(medium, indenter, {name: value}))
+
+        slopes[j], errors[j] = difference_and_error(changed, each.value, _STEP * (abs(each.value) or 1.0))
+    notes = [*str(curve.attrs["notes"]).splitlines(), *_notes(curve, method, wanted, slopes[:, 0], errors[:, 0])]
+    by_step = zip(contacts, slopes.transpose(2, 1, 0), curve["valid"].values.tolist(), strict=True)
+    return [
+        Gradient(contact, by_force, by_stiffness, by_radius, None, "\n".join(notes), valid)
+        for contact, (by_force, by_stiffness, by_radius), valid in by_step
+    ]
+
+
+def _notes(curve: xr.Dataset, method: Series, wanted: list[Parameter], slopes: Array, errors: Array) -> list[str]:
+    own = percent(float(curve["force_error"].max()))
+    notes = [
+        f"Derivatives are those of the {method.name} curve, which expects its forces within {own}; those of the true contact "
+        "differ by about as much."
+    ]
+    if wanted:
+        unit = np.array([abs(each.value) or 1.0 for each in wanted])[:, None]
+        share = (errors * unit).max() / max(float(np.abs(slopes * unit).max()), TINY)
+        if share > 1e-6:
+            notes.append(
+                f"By differences, derivatives are known to {share:.1g} of the largest: a kink of the tip is near."
+            )
+    return notes
 
 
 def _of_disc(
@@ -191,7 +164,7 @@ def _of_disc(
     kernel: Kernel,
     tip: Indenter,
     contact: discs.Contact,
-    by_shape: discs.Derivatives,
+    by_shape: Array,
     wanted: list[Parameter],
 ) -> Gradient:
     of_tip = np.array([each.body < 0 for each in wanted], dtype=bool)
@@ -202,9 +175,9 @@ def _of_disc(
     else:
         spectrum = partial(discs.spectrum_of, kernel, tip, contact)
         by_constants = by_medium(medium, kernel, spectrum(None), rest) if rest else np.empty((3, 0))
-    force, stiffness, depth = np.empty((3, len(wanted)))
-    force[~of_tip], stiffness[~of_tip], depth[~of_tip] = by_constants
-    force[of_tip], stiffness[of_tip], depth[of_tip] = by_shape.force, by_shape.stiffness, by_shape.depth
+    found = np.empty((3, len(wanted)))
+    found[:, ~of_tip], found[:, of_tip] = by_constants, by_shape
+    force, stiffness, depth = found
     if tip.flat:
         # the contact is the end face, whatever the body
         radius = np.array([float(each.body < 0) for each in wanted])
@@ -290,7 +263,3 @@ class _MeanTip(RoundShape):
 
     def slope(self, r: Array, phi: Array) -> Array:
         return np.asarray(mean_profile(self.tip).slope(np.asarray(r)) + np.zeros_like(phi))
-
-
-def _mean_tip(indenter: Indenter) -> Indenter:
-    return _MeanTip(indenter)

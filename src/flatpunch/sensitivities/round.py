@@ -1,4 +1,15 @@
-"""Round contacts: pressures, edge functional, and all derivatives at one contact radius.
+"""Derivatives of a contact by everything in the medium, from the pressures alone (T15.1), and round contacts, whose are known.
+
+The contact area is the one that makes the force largest, so its motion does not count:
+
+    dF/dtheta |_d = - (1/4 pi^2) iint P* C_theta P d^2k,    dK/dtheta |_a = - (1/4 pi^2) iint P* C_theta P* d^2k,
+
+P and P* the transforms of the contact pressure and of that of the flat punch on the same contact, per depth. The depth that
+belongs to a contact radius follows the edge functional V in the same way. A `Spectrum` holds these weights over the wavenumber k;
+the derivatives of C(k) come from `compliance.derivatives`.
+
+What short waves add beyond the last k is known: C_theta is there a multiple h_theta of the half-space's compliance, whose
+integrals are those of C, known in closed form, less those that are taken.
 
 At a given radius a the depth d(a) is the one without an edge singularity, S[c] = 0 for the coefficients c of the pressure. So a
 change A_theta of the punch matrix moves it by e dd = v.A_theta c, v = A^-1 s, whose transform V = cos(ka)/pi + sum v_n j_2n(ka)
@@ -12,11 +23,16 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import Array, Indices
 from flatpunch.compliances import Kernel
+from flatpunch.compliances.derivatives import PartDerivatives, compliance_derivatives, energy_density
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.profile import Indenter
+from flatpunch.media import (
+    Body,
+    Stack,
+)
 from flatpunch.media.paths import with_values
 from flatpunch.punch.basis import half_space_diagonal
 from flatpunch.punch.family import punch_family
@@ -24,8 +40,86 @@ from flatpunch.punch.graded import graded_matrices
 from flatpunch.punch.matrix import remainder_rule, solve_round, sufficient_terms
 from flatpunch.punch.wavenumbers import bessel_table, composite_gauss, panel_edges, spherical_bessel
 from flatpunch.sensitivities.parameters import Parameter, difference
-from flatpunch.sensitivities.spectrum import Spectrum
 from flatpunch.stresses.axisymmetric.contact_load import contact_load
+
+
+@dataclass(frozen=True, slots=True)
+class Spectrum:
+    """Weights of linear functionals of a change of C(k).
+
+    Attributes
+    ----------
+    k : ndarray, shape (nk,)
+        Wavenumbers [1/m].
+    weights : ndarray, shape (functionals, nk)
+        A change dC(k) changes the functionals by weights @ dC.
+    totals : ndarray, shape (functionals,)
+        The functionals of C itself, over all wavenumbers.
+    """
+
+    k: Array
+    weights: Array
+    totals: Array
+
+
+def by_medium(medium: Body, kernel: Kernel, spectrum: Spectrum, wanted: list[Parameter]) -> Array:
+    """Derivatives of the functionals by parameters of a medium, shape (functionals, parameters)."""
+    compliance = kernel(spectrum.k)
+    rest = spectrum.totals - spectrum.weights @ compliance
+    result = np.zeros((spectrum.totals.size, len(wanted)))
+    for index, body in enumerate(body for body in medium.elastic if not body.power_law):
+        share = kernel.modulus / body.surface_modulus
+        mine = [(column, each) for column, each in enumerate(wanted) if each.body == index]
+        parts = [_Weighted.of(part, spectrum.weights) for part in compliance_derivatives(body, spectrum.k)]
+        for column, each in mine:
+            part = parts[each.part]
+            result[:, column] = part.derivative(each)
+            if each.part == 0:
+                result[:, column] -= share * _surface_change(each, body) * rest
+    return result
+
+
+def energy_shares(body: Stack, spectrum: Spectrum, depth: Array, layer: Indices, functional: int = 0) -> Array:
+    """d(functional)/dln E(z) per length at depths of the given layers of one body, shape (nz,)."""
+    return np.asarray(-spectrum.weights[functional] @ energy_density(body, spectrum.k, depth, layer))
+
+
+@dataclass(frozen=True, slots=True)
+class _Weighted:
+    """Derivatives of the functionals by the constants of one layer at its depths; (functionals, nz) and (functionals,)."""
+
+    depths: Array
+    constants: dict[str, Array]
+    thickness: Array
+
+    @classmethod
+    def of(cls, part: PartDerivatives, weights: Array) -> _Weighted:
+        constants = {name: weights @ change.T for name, change in part.constants.items()}
+        return cls(part.depths, constants, weights @ part.thickness)
+
+    def derivative(self, parameter: Parameter) -> Array:
+        if parameter.kind == "thickness":
+            return self.thickness
+        by_constant = self.constants[parameter.kind]
+        if parameter.law is None:
+            return by_constant[:, 0]
+        return np.asarray(by_constant @ law_change(parameter, self.depths))
+
+
+def law_change(parameter: Parameter, depths: Array) -> Array:
+    """Change of a law of depth per change of one of its numbers, at depths, shape (nz,)."""
+    make = parameter.law
+    assert make is not None
+    return difference(lambda value: np.asarray(make(value)(depths)), parameter.value, parameter.step)
+
+
+def _surface_change(parameter: Parameter, body: Stack) -> float:
+    """d ln E* at the surface of a body by one of its numbers in the top layer, or the base if there is none."""
+    if parameter.kind not in body.parts[0].numbers:
+        return 0.0
+    change = 1.0 if parameter.law is None else float(law_change(parameter, np.zeros(1))[0])
+    return change * body.parts[0].surface_slope(parameter.kind)
+
 
 _WINDOW = 80.0, 15.0
 """Middle, above the highest order that is felt, and width of the window that ends oscillating integrals: exp(-225) is left."""
@@ -51,15 +145,6 @@ class Contact:
     stiffness: float
     growth: float
     stiffening: float
-
-
-@dataclass(frozen=True, slots=True)
-class Derivatives:
-    """Derivatives by parameters, shape (n,) each: of F at fixed depth, of K and d at fixed radius."""
-
-    force: Array
-    stiffness: Array
-    depth: Array
 
 
 def contact_at(kernel: Kernel, indenter: Indenter, radius: float, depth: float) -> Contact:
@@ -123,7 +208,9 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
         responses = solve_round(kernel, np.array([beta]), sufficient_terms(kernel, beta))
         flat, edge = responses.flat[0], responses.edge[0]
         first = first_panel(kernel.floor * beta)
-    table = bessel_table(0, flat.size, first, _rounded_up(max(4.0, reach)))
+    # ends on few levels, so that tables are shared
+    last = float(4 * 2 ** (np.ceil(4 * np.log2(max(4.0, reach) / 4)) / 4))
+    table = bessel_table(0, flat.size, first, last)
     root = np.sqrt(table.w)
     punch = modulus * a * (flat @ table.j)
     functional = (np.cos(table.x) / np.pi + edge @ table.j) / (1 / np.pi + float(edge[0]))
@@ -137,11 +224,6 @@ def _waves(kernel: Kernel, indenter: Indenter, contact: Contact, reach: float) -
 def first_panel(floor: float) -> int:
     """Power of four at which panels over x begin."""
     return min(0, int(np.floor(np.log(floor) / np.log(4))))
-
-
-def _rounded_up(last: float) -> float:
-    """Ends on few levels, so that tables are shared."""
-    return float(4 * 2 ** (np.ceil(4 * np.log2(last / 4)) / 4))
 
 
 def _waves_of_series(kernel: Kernel, indenter: Indenter, contact: Contact) -> _Waves:
@@ -203,15 +285,18 @@ def _second_kind(orders: int, x: Array) -> Array:
     return y
 
 
-def by_tip(kernel: Kernel, indenter: Indenter, contacts: list[Contact], wanted: list[Parameter]) -> list[Derivatives]:
-    """Derivatives by numbers of the tip, for each contact: force and depth are linear in the profile, at fixed contact radius."""
-    a, stiffness = (np.array([getattr(each, name) for each in contacts]) for name in ("radius", "stiffness"))
-    shape = len(contacts), len(wanted)
+def by_tip(kernel: Kernel, indenter: Indenter, contacts: list[Contact], wanted: list[Parameter]) -> Array:
+    """Derivatives by numbers of the tip, of F at fixed depth, K and d at fixed radius: shape (contacts, 3, parameters).
+
+    Force and depth are linear in the profile, at fixed contact radius.
+    """
+    a, stiffness, depths, stiffening = (
+        np.array([getattr(each, name) for each in contacts]) for name in ("radius", "stiffness", "depth", "stiffening")
+    )
+    found = np.zeros((len(contacts), 3, len(wanted)))
     if indenter.flat:
-        change = np.repeat(np.array([each.stiffening for each in contacts])[:, None], len(wanted), axis=1)
-        depth = np.array([each.depth for each in contacts])[:, None]
-        return [Derivatives(*rows) for rows in zip(change * depth, change, np.zeros(shape), strict=True)]
-    force, depth = np.zeros((2, *shape))
+        found[:, 0], found[:, 1] = (stiffening * depths)[:, None], stiffening[:, None]
+        return found
     for column, parameter in enumerate(wanted):
 
         def solved(value: float, name: str = parameter.path) -> Array:
@@ -219,5 +304,6 @@ def by_tip(kernel: Kernel, indenter: Indenter, contacts: list[Contact], wanted: 
             found = round_contact(kernel, mean_profile(tip), a)
             return np.stack([found.force, found.depth])
 
-        force[:, column], depth[:, column] = difference(solved, parameter.value, parameter.step)
-    return [Derivatives(*rows) for rows in zip(force - stiffness[:, None] * depth, np.zeros(shape), depth, strict=True)]
+        force, depth = difference(solved, parameter.value, parameter.step)
+        found[:, 0, column], found[:, 2, column] = force - stiffness * depth, depth
+    return found

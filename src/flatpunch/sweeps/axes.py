@@ -65,12 +65,16 @@ class Axis:
 
     def text(self, i: int) -> str:
         """Return a value as people read it."""
-        value = self.values[i]
-        if self.unit == "rad":
-            return f"{math.degrees(value):.4g}°"
-        if self.unit:
-            return units.text(value, self.unit)
-        return f"{value:.4g}" if isinstance(value, float) else str(value).lower()
+        return value_in_words(self.values[i], self.unit)
+
+
+def value_in_words(value: Entry, unit: str) -> str:
+    """A value of a parameter as people read it."""
+    if unit == "rad":
+        return f"{math.degrees(value):.4g}°"
+    if unit:
+        return units.text(float(value), unit)
+    return f"{value:.4g}" if isinstance(value, float) else str(value).lower()
 
 
 def axes_of(data: Mapping[str, object], vary: Mapping[str, object]) -> list[Axis]:
@@ -159,10 +163,10 @@ def _range(
 def _listed(path: str, spec: object, current: object, dimension: units.Dimension | None) -> tuple[Entry, ...]:
     if isinstance(spec, str):
         spec = [entry.strip() for entry in spec.split(",")]
-    if isinstance(spec, (Sequence, np.ndarray)) and len(spec) > POINTS:
-        raise BadValue(path, "", f"holds {len(spec)} values; a study has at most {POINTS} points.")
     if not isinstance(spec, (Sequence, np.ndarray)) or len(spec) == 0 or "" in list(spec):
         raise BadValue(path, shown(spec), f"holds no values. {FORMS}.")
+    if len(spec) > POINTS:
+        raise BadValue(path, "", f"holds {len(spec)} values; a study has at most {POINTS} points.")
     return tuple(
         _value(path, entry.item() if isinstance(entry, np.generic) else entry, current, dimension) for entry in spec
     )

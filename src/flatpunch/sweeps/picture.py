@@ -23,8 +23,8 @@ from scipy.interpolate import RegularGridInterpolator
 from flatpunch._support.checks import Array, BadValue, one_of
 from flatpunch.files import units
 from flatpunch.files.stresses import in_words as criterion_in_words
-from flatpunch.plots.style import logarithmic
-from flatpunch.sweeps.axes import in_words
+from flatpunch.plots.style import SAMPLES, logarithmic
+from flatpunch.sweeps.axes import in_words, value_in_words
 
 _LEGEND, _PANELS = 8, 9
 _STYLE: Any = {"axes.grid": True, "grid.color": "#e0e0e0"}
@@ -33,8 +33,6 @@ _LINE = "_a value of the second parameter"
 _VIRIDIS = matplotlib.colors.ListedColormap(matplotlib.colormaps["viridis"](np.linspace(0, 0.9, 100)), "viridis")
 """Without its last tenth, which is too pale for lines on white paper."""
 _FAILED, _ONE = "#c1121f", "#1f4e79"
-_FINE = 400
-"""Points of an axis between which areas of a map end: finer than a printed picture shows."""
 _COLOURS = ("#8ecae6", "#ffb703", "#b5e48c", "#e5989b", "#cdb4db", "#d6ccc2", "#a3b18a", "#f4a261")
 
 
@@ -169,12 +167,7 @@ def _unit(result: xr.Dataset, name: str) -> tuple[float, str]:
 
 def value_text(coordinate: xr.DataArray, i: int) -> str:
     """Return a value of a parameter as people read it."""
-    value, unit = coordinate.values[i], str(coordinate.attrs.get("units", ""))
-    if unit == "rad":
-        return f"{math.degrees(value):.4g}°"
-    if unit:
-        return units.text(float(value), unit)
-    return f"{value:.4g}" if coordinate.dtype.kind == "f" else str(value).lower()
+    return value_in_words(coordinate.values[i], str(coordinate.attrs.get("units", "")))
 
 
 def heading(name: str, among: Sequence[str]) -> str:
@@ -246,8 +239,8 @@ def _legend(drawn: Figure, grid: Array, result: xr.Dataset, name: str) -> None:
 
 def is_map(result: xr.Dataset, quantity: str | None) -> bool:
     """Whether the critical load is asked for, was found somewhere, and varies over two parameters that are numbers."""
-    names = list(result["status"].dims)
-    numeric = len(names) == 2 and all(result[name].dtype.kind in "if" and result.sizes[name] > 1 for name in names)
+    names = parameters(result)
+    numeric = len(names) == 2 and all(_numeric(result, name) and result.sizes[name] > 1 for name in names)
     return quantity == "critical_force" and "critical_margin" in result and numeric
 
 
@@ -258,7 +251,7 @@ def map_figure(result: xr.Dataset, *, width: float | None = None, settings: Any 
     interpolated between the points, and the smallest comes first. Takes what `sweep` returned for a case with strengths; width
     [in] and settings are as of `figure`.
     """
-    names = [str(name) for name in result["status"].dims]
+    names = parameters(result)
     result = result.sortby(names).isel(step=0)
     scales = [_unit(result, name) for name in names]
     values = [result[name].values * factor for name, (factor, _) in zip(names, scales, strict=True)]
@@ -293,7 +286,7 @@ def _first_criteria(result: xr.Dataset, names: Sequence[str], values: Sequence[A
     """A fine grid over two parameters, and the place of the criterion that is reached first there, nan where none is known."""
     logs = [geometric(result, name) for name in names]
     places = [np.log(own) if log else own for own, log in zip(values, logs, strict=True)]
-    fine = [np.linspace(own[0], own[-1], _FINE) for own in places]
+    fine = [np.linspace(own[0], own[-1], 2 * SAMPLES) for own in places]
     with np.errstate(divide="ignore"):
         margin = np.log(result["critical_margin"].transpose(*names, "criterion").values)
     # criteria without any stress are never first

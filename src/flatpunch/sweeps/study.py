@@ -107,7 +107,12 @@ def sweep(
     3 {'solved'}
     """
     contours = switch("contours", contours)
-    path, text = case.source if isinstance(case, Case) and case.source else _source(case)
+    if isinstance(case, Case) and case.source:
+        path, text = case.source
+    elif isinstance(case, (str, Path)):
+        path, text = Path(case), case_text(case)
+    else:
+        raise TypeError(f"case = {type(case).__name__} must be the path of a case file, or what read_case returned.")
     data = parsed(text, path)
     in_file = data.pop("vary", None)
     axes = axes_of(data, in_file if vary is None else vary)
@@ -124,7 +129,7 @@ def sweep(
         scheduler=scheduler,
         progress=progress,
         title="Sweep",
-        group=_body,
+        group=lambda found: content_key(found.medium),  # points on the same body share its flat-punch solutions
         retry_failed=retry_failed,
         anew=anew,
     )
@@ -146,12 +151,6 @@ def _slow(case: Case) -> bool:
     if case.method is None and case.time is None:
         return not default_choice(case.indenter, case.medium, **{case.control: case.values}).quick
     return case.method is not None and method_of(case.method).name in _SLOW
-
-
-def _source(case: object) -> tuple[Path, str]:
-    if isinstance(case, Case) or not isinstance(case, (str, Path)):
-        raise TypeError(f"case = {type(case).__name__} must be the path of a case file, or what read_case returned.")
-    return Path(case), case_text(case)
 
 
 def _cases(data: Plain, axes: Sequence[Axis], path: Path, *, contours: bool) -> list[Case]:
@@ -185,11 +184,6 @@ def _cases(data: Plain, axes: Sequence[Axis], path: Path, *, contours: bool) -> 
     return cases
 
 
-def _body(case: Case) -> str:
-    """Points on the same body share its flat-punch solutions."""
-    return content_key(case.medium)
-
-
 def _solve(case: Case, *, contours: bool) -> Plain:
     """One point: the arrays of the result, and how they are to be understood."""
     with warnings.catch_warnings(record=True) as caught:
@@ -220,10 +214,15 @@ def _solve(case: Case, *, contours: bool) -> Plain:
 def _dataset(axes: Sequence[Axis], solved: Solved) -> xr.Dataset:
     shape, dims = tuple(len(axis.values) for axis in axes), tuple(axis.path for axis in axes)
     outcomes = list(solved.values())
-    coords: Plain = {axis.path: (axis.path, _plain(axis.values), _described(axis)) for axis in axes}
+    coords: Plain = {}
+    for axis in axes:
+        kind = object if isinstance(axis.values[0], str) else None
+        about = {"long_name": f"{axis.path} of the case file"} | ({"units": axis.unit} if axis.unit else {})
+        coords[axis.path] = (axis.path, np.array(axis.values, dtype=kind), about)
     data: Plain = {}
     for name, own, attrs, values in _variables(outcomes, coords):
-        filled = np.full((len(outcomes), *next(iter(values.values())).shape), *_empty(values))
+        empty = (False, bool) if all(value.dtype == bool for value in values.values()) else (np.nan, float)
+        filled = np.full((len(outcomes), *next(iter(values.values())).shape), *empty)
         for i, value in values.items():
             filled[i] = value
         data[name] = ((*dims, *own), filled.reshape(*shape, *filled.shape[1:]), attrs)
@@ -254,19 +253,6 @@ def _variables(outcomes: Sequence[Outcome], coords: Plain) -> Iterator[tuple[str
     for name, (own, attrs) in described.items():
         if len({value.shape for value in values[name].values()}) == 1:
             yield name, own, attrs, values[name]
-
-
-def _empty(values: Mapping[int, Found]) -> tuple[float, type]:
-    return (False, bool) if all(value.dtype == bool for value in values.values()) else (np.nan, float)
-
-
-def _plain(values: Sequence[object]) -> Found:
-    return np.array(values, dtype=object if isinstance(values[0], str) else None)
-
-
-def _described(axis: Axis) -> Plain:
-    attrs: Plain = {"long_name": f"{axis.path} of the case file"}
-    return {**attrs, "units": axis.unit} if axis.unit else attrs
 
 
 def critical_variables(found: CriticalLoad | None, steps: int) -> Plain:

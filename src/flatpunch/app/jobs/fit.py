@@ -26,11 +26,10 @@ from flatpunch.files.tables.fields import validated
 from flatpunch.fits.batch import Batch, Placed, fit_rows
 from flatpunch.fits.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
 from flatpunch.fits.cases import CurveTable
-from flatpunch.fits.fitting import fit
+from flatpunch.fits.fitting import fit, forget_models
 from flatpunch.fits.measured.columns import Table, chosen_columns
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.files.readers import EXCEL, TEXT, MissingColumn, curve_of, curves_in, read_curve, tables_in
-from flatpunch.fits.models import forget_models
 from flatpunch.fits.places import listed, on_grid
 from flatpunch.fits.reading import reading_of, traces
 from flatpunch.fits.report.result import FitResult

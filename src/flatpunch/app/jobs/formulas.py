@@ -19,9 +19,9 @@ from flatpunch.contact import method_of
 from flatpunch.files import describe
 from flatpunch.files.cases import parsed
 from flatpunch.fits.case import FitCase, fit_case_from
+from flatpunch.fits.fitting import forget_models
 from flatpunch.fits.half_space.correction import Correction, correct
 from flatpunch.fits.half_space.formulas import compare_case, comparison_csv, comparison_table
-from flatpunch.fits.models import forget_models
 
 COLUMNS = ("formula", "modulus of the layer", "deviation from exact; remark")
 

@@ -29,7 +29,7 @@ from flatpunch.contact.exact import punch_stiffness
 from flatpunch.contact.refined.interpolation import Interpolation, RoundReference
 from flatpunch.contact.refined.sample import Case, Sample, SampleCache, solved
 from flatpunch.indenters.profile import Indenter
-from flatpunch.parallel.pool import shared_out
+from flatpunch.parallel.engine import shared_out
 
 
 class Gap(NamedTuple):

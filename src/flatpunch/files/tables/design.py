@@ -11,8 +11,7 @@ from pydantic import Field
 from flatpunch._support.checks import shown
 from flatpunch._support.paths import Plain
 from flatpunch.designs import LargestLoad, Limit, Target
-from flatpunch.designs.targets import UNITS
-from flatpunch.designs.variables import unit_of, variables
+from flatpunch.designs.statement import UNITS, unit_of, variables
 from flatpunch.files import units
 from flatpunch.files.tables.fields import Count, Force, Length, Table
 from flatpunch.files.tables.steps import ForceSteps, LengthSteps, steps_of

@@ -9,13 +9,11 @@ import numpy as np
 from flatpunch._support.checks import Array, Indices
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fits.measured.orientation import FALLS, Approach
-from flatpunch.fits.measured.signal import CLEAR, scatter
+from flatpunch.fits.measured.signal import CLEAR, LITTLE, scatter
 from flatpunch.fits.parameters.settings import Settings
 
 _FREE = 0.2
 """Share of the points, at the far end, that shows the baseline and its noise."""
-LITTLE = 0.02
-"""Share of the readings, of their range or of the dip that is next to nothing."""
 _LET_GO = 0.3
 """Below this share of the dip the tip is in contact; JKR lets go of a paraboloid at 5/9 of the largest tension."""
 _NOT_GONE = "{name}: the {way} ends before the tip lets go: no baseline is left after the dip. Record further out."

@@ -17,15 +17,15 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, TINY, Array, Flags, Indices
 from flatpunch._support.prefixes import text
 from flatpunch.fits.adhesion.model import AdhesiveModel
-from flatpunch.fits.adhesion.segments import LITTLE, oriented, segments_of
-from flatpunch.fits.judge.background import Background, likeliest
+from flatpunch.fits.adhesion.segments import oriented, segments_of
+from flatpunch.fits.judge.record import Background, likeliest
 from flatpunch.fits.least_squares.drag import with_speed
 from flatpunch.fits.least_squares.minimum import RATIOS, ROUGH, minimise, tried
 from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.least_squares.problem import Setup, contact_ends, enough, with_nuisance
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fits.measured.orientation import approach_of
-from flatpunch.fits.measured.signal import CLEAR, NODES, converter_step, white_noise
+from flatpunch.fits.measured.signal import CLEAR, LITTLE, NODES, converter_step, white_noise
 from flatpunch.fits.parameters.sample import WORK
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import frame_of

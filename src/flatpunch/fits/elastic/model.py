@@ -9,7 +9,7 @@ Tables are made by `indent` and shared by all models of the same family, so that
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -101,7 +101,8 @@ class ForwardModel(FreeParameters):
         object.__setattr__(self, "_forms", (np.array([c for c, _ in forms]), np.array([w for _, w in forms])))
         object.__setattr__(self, "knots", found.knots)
         start = found.problem([c.offset for c in found.coordinates])
-        object.__setattr__(self, "_table", _table(*start, free_coordinates(found), found, method, self.finite_strain))
+        names = tuple(c.name for c in found.coordinates)
+        object.__setattr__(self, "_table", table_of(Family(*start, names, method, self.finite_strain, found)))
 
     @property
     def bends(self) -> bool:
@@ -188,29 +189,8 @@ class ForwardModel(FreeParameters):
         return ExactForce.of(curve, notes)
 
 
-def free_coordinates(found: Scaling) -> tuple[str, ...]:
-    """Names of the coordinates that vary, for the cache."""
-    return tuple(c.name for c in found.coordinates)
-
-
-def _table(
-    medium: Body,
-    indenter: Indenter,
-    names: Sequence[str],
-    found: Scaling,
-    method: MethodName | Method,
-    finite_strain: FiniteStrain | None,
-) -> Table:
-    try:
-        return _shared(_Family(medium, indenter, tuple(names), method, finite_strain, found))
-    except TypeError:
-        # an unhashable part (a user's own indenter): a table of its own
-        solve, limit = _solver(found, method, finite_strain is not None)
-        return Table(solve, found.coordinates, limit)
-
-
 @dataclass(frozen=True)
-class _Family:
+class Family:
     """What models must have in common to share a table; `scaling` follows from it up to units."""
 
     medium: Body
@@ -222,14 +202,10 @@ class _Family:
 
 
 @byte_cached
-def _shared(family: _Family) -> Table:
+def table_of(family: Family) -> Table:
+    """The table of a family, the same for all models that belong to it."""
     solve, limit = _solver(family.scaling, family.method, family.finite_strain is not None)
     return Table(solve, family.scaling.coordinates, limit)
-
-
-def forget_tables() -> None:
-    """Forget the tables that models share."""
-    _shared.cache_clear()
 
 
 def _solver(found: Scaling, method: MethodName | Method, large: bool) -> tuple[Any, Any]:

@@ -7,7 +7,7 @@ table begins five decades below the largest depth, where forces are below 1e-5 o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
@@ -25,7 +25,7 @@ PER_DECADE = 24
 
 STEP = np.log(10) / PER_DECADE
 
-_DEGREE = 5
+DEGREE = 5
 """Degree of the splines in ln delta; cubic ones leave 4e-7 of the largest force, where these leave 1e-9."""
 
 _DECADES = 5
@@ -40,7 +40,7 @@ _TABULATED = 2
 _SHIFT = 1e-4
 """Change of a coordinate for its derivative where nothing is tabulated over it; it errs by as much."""
 
-KNOTS = _DEGREE + 1
+KNOTS = DEGREE + 1
 """Points across each coordinate, interpolated with the degree of the splines; with four the force is off by 1e-5."""
 
 Window = tuple[int, int]
@@ -159,16 +159,14 @@ class Table:
         coefficients : ndarray, shape (6, n, intervals)
             As in `Piecewise`.
         """
-        offset, step, least, last = self._grid
-        position = (q - offset) / step
-        nearest = {tuple(row) for row in np.rint(position).astype(int).tolist()}
+        first, beyond = self._around(q)
+        nearest = {tuple(row) for row in np.rint(first + beyond).astype(int).tolist()}
         window = self._widened(min(float(highest.max()), max(map(self._end, nearest))))
-        first = np.clip(np.floor(position) - KNOTS // 2 + 1, least, last - KNOTS + 1).astype(int)
-        total = np.empty((len(q), _DEGREE + 1, window[1] - window[0]))
+        total = np.empty((len(q), DEGREE + 1, window[1] - window[0]))
         for place, mine in _alike(first):
             weights = np.ones((mine.size, 1))
-            for t in (position[mine] - place).T:
-                weights = (weights[:, :, None] * _lagrange(t)[:, None, :]).reshape(mine.size, -1)
+            for t in beyond[mine].T:
+                weights = (weights[:, :, None] * (_powers(t) @ _LAGRANGE)[:, None, :]).reshape(mine.size, -1)
             total[mine] = (weights @ self._knots(place, window)).reshape(mine.size, *total.shape[1:])
         self._keep(window)
         return window[0] * STEP, np.ascontiguousarray(total.transpose(1, 0, 2))
@@ -219,6 +217,13 @@ class Table:
         ]
         return np.array(rows, dtype=float).reshape(-1, 4).T
 
+    def _around(self, q: Array) -> tuple[Indices, Array]:
+        """The first of the six knots around coordinates, shape (..., coordinates), and how far beyond it they are, in steps."""
+        offset, step, least, last = self._grid
+        position = (q - offset) / step
+        first = np.clip(np.floor(position) - KNOTS // 2 + 1, least, last - KNOTS + 1).astype(int)
+        return first, position - first
+
     def _values(self, index: tuple[float, ...]) -> tuple[float, ...]:
         return tuple(c.offset + c.step * i for c, i in zip(self.coordinates, index, strict=True))
 
@@ -226,12 +231,16 @@ class Table:
         """Coefficients of ln phi and of its derivatives by the coordinates, shape (1 + coordinates, 6, intervals)."""
         if not self.tabulated:
             return self._solved(q, window)
-        spans = [_span(c, value) for c, value in zip(self.coordinates, q, strict=True)]
-        rows = [_tensor([span.weights for span in spans])]
-        for j in range(len(spans)):
-            rows.append(_tensor([s.derivatives if i == j else s.weights for i, s in enumerate(spans)]))
-        knots = self._knots(tuple(span.first for span in spans), window)
-        return np.asarray(np.array(rows) @ knots).reshape(len(rows), _DEGREE + 1, window[1] - window[0])
+        first, beyond = self._around(np.array(q))
+        powers = _powers(beyond)
+        weights = powers @ _LAGRANGE
+        slopes = np.append(powers[:, 1:], np.zeros((len(q), 1)), axis=1) * np.arange(KNOTS - 1, -1, -1) @ _LAGRANGE
+        slopes /= self._grid[1][:, None]
+        rows = [_tensor(weights)]
+        for j in range(len(q)):
+            rows.append(_tensor([slopes[i] if i == j else each for i, each in enumerate(weights)]))
+        knots = self._knots(tuple(first.tolist()), window)
+        return np.asarray(np.array(rows) @ knots).reshape(len(rows), DEGREE + 1, window[1] - window[0])
 
     @property
     def tabulated(self) -> bool:
@@ -293,10 +302,10 @@ class Table:
             with np.errstate(invalid="ignore"):
                 nodes.update(zip(wanted, np.log(phi).tolist(), strict=True))
         grid = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if np.isfinite(nodes[i])]
-        spline = make_interp_spline(np.array(grid, dtype=float), [nodes[i] for i in grid], k=_DEGREE)
+        spline = make_interp_spline(np.array(grid, dtype=float), [nodes[i] for i in grid], k=DEGREE)
         factorial = np.array([1, 1, 2, 6, 24, 120], dtype=float)
         starts = np.arange(low, high)
-        pieces = np.array([spline(starts, nu=k) / factorial[k] for k in range(_DEGREE, -1, -1)])
+        pieces = np.array([spline(starts, nu=k) / factorial[k] for k in range(DEGREE, -1, -1)])
         # beyond what the tip or the theory allows the curve goes on as a power law, so that a trial step does not fail
         beyond = starts >= grid[-1]
         slope = float(spline(grid[-1], nu=1))
@@ -304,13 +313,6 @@ class Table:
         pieces[-1, beyond] = float(spline(grid[-1])) + slope * (starts[beyond] - grid[-1])
         pieces[-2, beyond] = slope
         return pieces
-
-
-@dataclass(frozen=True, slots=True)
-class _Span:
-    first: int
-    weights: Array
-    derivatives: Array
 
 
 def _alike(first: Indices) -> Iterator[tuple[tuple[int, ...], Indices]]:
@@ -329,27 +331,14 @@ _LAGRANGE = np.linalg.inv(np.vander(np.arange(KNOTS) - (KNOTS - 1) / 2, KNOTS))
 """Lagrange polynomials of the knots, in powers of the distance from their middle."""
 
 
-def _lagrange(t: Array) -> Array:
-    """Lagrange weights of knots at 0 .. 5, shape (n, 6), at positions t, shape (n,)."""
-    return np.asarray(np.vander(t - (KNOTS - 1) / 2, KNOTS) @ _LAGRANGE)
+def _powers(t: Array) -> Array:
+    """Powers of the distance from the middle of knots at 0 .. 5, shape (n, 6), at positions t, shape (n,)."""
+    return np.vander(t - (KNOTS - 1) / 2, KNOTS)
 
 
-def _tensor(factors: Sequence[Array]) -> Array:
+def _tensor(factors: Iterable[Array]) -> Array:
     """All products of one entry of each, in the order of `itertools.product`."""
     result = np.ones(1)
     for each in factors:
         result = np.outer(result, each).ravel()
     return result
-
-
-def _span(coordinate: Coordinate, value: float) -> _Span:
-    """The six knots around a value, with Lagrange weights and their derivatives by the coordinate."""
-    position = (value - coordinate.offset) / coordinate.step
-    first = int(np.floor(position)) - KNOTS // 2 + 1
-    if coordinate.highest is not None:
-        first = min(first, coordinate.highest - KNOTS + 1)
-    if coordinate.lowest is not None:
-        first = max(first, coordinate.lowest)
-    powers: Array = np.power(position - first - (KNOTS - 1) / 2, np.arange(KNOTS - 1.0, -1, -1))
-    slopes = np.append(powers[1:], 0.0) * np.arange(KNOTS - 1, -1, -1)
-    return _Span(first, powers @ _LAGRANGE, slopes @ _LAGRANGE / coordinate.step)

@@ -19,7 +19,7 @@ from flatpunch._support.reading import is_folder
 from flatpunch.fits.films.oliver_pharr import Tip
 from flatpunch.fits.least_squares.minimum import Minimum, covariance, differences, minimise
 from flatpunch.fits.measured.curve import FEWEST, FEWEST_STIFF, Curve, CurveError
-from flatpunch.fits.measured.cycles import load_cycles
+from flatpunch.fits.measured.cycles import TURN, load_cycles
 from flatpunch.fits.measured.files.contents import excel_sheets
 from flatpunch.fits.measured.files.readers import EXCEL, curves_in, read_curve
 from flatpunch.fits.places import files_in
@@ -220,7 +220,7 @@ def unloadings(curves: Iterable[Curve], *, upper: float = HELD, lower: float = 0
             label = curve.name if len(cycles) == 1 else f"{curve.name}, cycle {number + 1}"
             # noise at the end of a partial unloading must not hide that it got there
             lowest = float(curve.force[end]) / float(curve.force[peak])
-            least = max(lower, 1.05 * lowest)
+            least = max(lower, (1 + TURN) * lowest)
             with _left_out(bad):
                 if least >= upper:
                     raise CurveError(f"{label}: the force falls to {lowest:.0%} of its largest value only.")

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -29,16 +28,19 @@ from flatpunch.compliances import compliance
 from flatpunch.fits.elastic.model import ForwardModel
 from flatpunch.fits.half_space.formulas import (
     OLIVER_PHARR,
+    Equivalent,
     Formula,
     equivalents,
     formulas,
     half_space_model,
-    half_space_models,
     layer_on_top,
+    shape_of,
 )
 from flatpunch.fits.parameters.settings import FitMethod
 from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled
 from flatpunch.indenters import AreaFunction
+from flatpunch.indenters.geometry.angles import angular_rule
+from flatpunch.indenters.geometry.features import radius_above
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Stack
 from flatpunch.media.material import POISSON, young_and_poisson
@@ -59,8 +61,6 @@ _POINTS = 200
 """Evenly spaced depths of the curve that the software fitted; twice as many move the modulus by 0.1 %."""
 _FARTHEST = 1e6
 """Factor between the reported modulus and the farthest that is tried for the layer, either way."""
-_ANGLES = 3600
-"""Polar angles of a section; the area of a Berkovich tip is right to 1e-6."""
 _STEP = 1e-4
 """Relative step of the derivative of the reported modulus."""
 
@@ -216,7 +216,7 @@ def correct(
     )
     along = depth * np.arange(1, _POINTS + 1) / _POINTS
     named = isinstance(model, str) and model == OLIVER_PHARR
-    if named or (model is None and not half_space_models(indenter)):
+    if named or (model is None and shape_of(indenter) is None):
         over, weight = "depth", np.ones(_POINTS)
         laws, limits = _by_area(medium, indenter, along)
     else:
@@ -229,7 +229,7 @@ def correct(
     why = {name: remark for name, (_, remark) in laws.items() if remark}
     for name, (law, _) in laws.items():
         try:
-            found[name] = _solved(partial(_mean, law, weight), target, reported)
+            found[name] = _solved(law, weight, target, reported)
         except ValueError as error:
             if name == _EXACT:
                 raise
@@ -241,18 +241,6 @@ def correct(
     return Correction(young, reported, reported / young, found, why, sensitivity, over, limits(young), along, apparent)
 
 
-def _mean(law: Callable[[float], Array], weight: Array, young: float) -> float:
-    return float(weight @ law(young))
-
-
-def _over(law: Formula, along: Array, unit: Array, young: float) -> Array:
-    return np.asarray(law.force(along, young) / unit)
-
-
-def _plane_strain(law: Callable[[Array, float], Array], x: Array, star: float, young: float) -> Array:
-    return law(x, young * star)
-
-
 def _by_force(
     medium: Stack, indenter: Indenter, along: Array, model: str | None, method: FitMethod
 ) -> tuple[_Laws, _Limits]:
@@ -260,8 +248,11 @@ def _by_force(
     unit = half_space_model(indenter, model)(along)
     exact = ForwardModel(medium, indenter, (_TOP,), method)
     laws: _Laws = {_EXACT: (lambda young: exact.force(along, {_TOP: young}) / unit, "")}
-    for law in formulas(medium, indenter):
-        laws[law.name] = (partial(_over, law, along, unit), law.remark)
+
+    def over(law: Formula) -> Callable[[float], Array]:
+        return lambda young: np.asarray(law.force(along, young) / unit)
+
+    laws |= {law.name: (over(law), law.remark) for law in formulas(medium, indenter)}
     return laws, lambda young: tuple(exact.exact(along[-1:], {_TOP: young}).notes.splitlines())
 
 
@@ -271,8 +262,11 @@ def _by_area(medium: Stack, indenter: Indenter, along: Array) -> tuple[_Laws, _L
     x, star = radius / top.thickness, 1 / (1 - young_and_poisson(top)[1] ** 2)
     laws: _Laws = {_EXACT: (lambda young: punch_modulus(with_values(medium, None, {_TOP: young})[0], radius), "")}
     if len(medium.layers) == 1 and medium.base.isotropic:
-        for name, law in equivalents(medium).items():
-            laws[name] = (partial(_plane_strain, law, x, star), "")
+
+        def plane_strain(law: Equivalent) -> Callable[[float], Array]:
+            return lambda young: law(x, young * star)
+
+        laws |= {name: (plane_strain(law), "") for name, law in equivalents(medium).items()}
     note = (
         "Oliver and Pharr: the depth is that of the contact, where the tip has the area of a circle of "
         f"{text(float(radius[-1]), 'm')}. The reported modulus is that of the sample, the tip's own compliance taken out."
@@ -284,17 +278,9 @@ def section_radius(indenter: Indenter, depth: Array) -> Array:
     """Radius [m] of the circle with the area of a tip's section at distances from the apex [m]."""
     if isinstance(indenter, AreaFunction):
         return np.asarray(np.sqrt(indenter.area(depth) / np.pi))
-    phi = np.arange(_ANGLES, dtype=np.float64) * (2 * np.pi / _ANGLES)
-    low, high = np.zeros((depth.size, _ANGLES)), np.full((depth.size, _ANGLES), float(depth.max()))
+    phi, weights = angular_rule(indenter)
     # no tip is wider than a metre
-    while (lower := indenter.height(high, phi) < depth[:, None]).any() and high.max() < 1:
-        high = np.where(lower, 2 * high, high)
-    # bisection to the last digit, as tips may be infinitely high beyond their edge
-    for _ in range(53):
-        middle = (low + high) / 2
-        inside = indenter.height(middle, phi) < depth[:, None]
-        low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return np.asarray(np.sqrt((high**2).mean(axis=1)))
+    return np.asarray(np.sqrt(radius_above(indenter, depth[:, None], phi, 1.0) ** 2 @ weights))
 
 
 def punch_modulus(medium: Body, radius: Array) -> Array:
@@ -303,8 +289,11 @@ def punch_modulus(medium: Body, radius: Array) -> Array:
     return np.asarray(medium.surface_modulus * np.pi * punch_family(kernel).flat(radius / kernel.length)[:, 0])
 
 
-def _solved(reports: Callable[[float], float], target: float, guess: float) -> float:
+def _solved(law: Callable[[float], Array], weight: Array, target: float, guess: float) -> float:
     """The Young's modulus for which the target is reported, in logarithms, from a bracket that grows by factors of two."""
+
+    def reports(young: float) -> float:
+        return float(weight @ law(young))
 
     def miss(x: float) -> float:
         seen = reports(math.exp(x)) / target

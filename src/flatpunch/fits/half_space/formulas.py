@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
@@ -38,24 +37,42 @@ OLIVER_PHARR = "oliver-pharr"
 """Name of the evaluation by stiffness and contact area, which goes with every tip."""
 
 
-def half_space_models(indenter: Indenter) -> dict[str, Force]:
-    """The half-space formulas in use for a tip by their names, the usual one first; none for most tips."""
+class Shape(NamedTuple):
+    """What half-space formulas know of a tip.
+
+    `kind` is "paraboloid", "flat", "cone" or "pyramid", `width` the radius of the contact on a half-space, or for cones and
+    pyramids the half-width of the tip, over the depth [m], `models` the formulas in use, the usual one first, and `radius` that
+    of a paraboloid [m].
+    """
+
+    kind: str
+    width: Force
+    models: dict[str, Force]
+    radius: float = 0.0
+
+
+def shape_of(indenter: Indenter) -> Shape | None:
+    """What half-space formulas know of a tip; None for most tips, for which none is in use."""
+    models: dict[str, Force]
     if isinstance(indenter, (Sphere, Paraboloid)):
-        return {"hertz": lambda d: 4 / 3 * math.sqrt(indenter.radius) * d ** (3 / 2)}
+        radius = indenter.radius
+        models = {"hertz": lambda d: 4 / 3 * math.sqrt(radius) * d ** (3 / 2)}
+        return Shape("paraboloid", lambda d: np.sqrt(radius * d), models, radius)
     if indenter.flat:
-        return {"flat": lambda d: 2 * indenter.reach * d}
+        return Shape("flat", lambda d: np.full_like(d, indenter.reach), {"flat": lambda d: 2 * indenter.reach * d})
+    if not isinstance(indenter, (Cone, Pyramid)):
+        return None
+    # tan(alpha), alpha the half opening angle
+    slope = 1 / math.tan(indenter.inclination)
     if isinstance(indenter, Cone):
-        return {"sneddon": lambda d: 2 / math.pi * _slope(indenter) * d**2}
-    if isinstance(indenter, Pyramid) and indenter.sides == 4:
-        return {
-            "bilodeau": lambda d: 0.7453 * _slope(indenter) * d**2,
-            "rico": lambda d: _slope(indenter) / math.sqrt(2) * d**2,
-        }
-    return {}
-
-
-def _scaled(model: Force, star: float, depth: Array, young: float) -> Array:
-    return np.asarray(young * star * model(depth))
+        return Shape("cone", lambda d: d * slope, {"sneddon": lambda d: 2 / math.pi * slope * d**2})
+    if indenter.sides != 4:
+        return None
+    models = {
+        "bilodeau": lambda d: 0.7453 * slope * d**2,
+        "rico": lambda d: slope / math.sqrt(2) * d**2,
+    }
+    return Shape("pyramid", lambda d: d * slope, models)
 
 
 def half_space_model(indenter: Indenter, name: str | None = None) -> Force:
@@ -65,20 +82,13 @@ def half_space_model(indenter: Indenter, name: str | None = None) -> Force:
     angle) or "rico" (1/sqrt(2) instead of 0.7453).
     """
     check_indenter(indenter)
-    found = half_space_models(indenter)
-    if not found:
+    if (shape := shape_of(indenter)) is None:
         raise ValueError(
             f"indenter = {type(indenter).__name__}: no half-space formula is in use for it; there are those for Sphere, "
             "Paraboloid, Cone, Cylinder and Pyramid(sides=4)."
         )
-    name = next(iter(found)) if name is None else name
-    return found[one_of("model", name, found, wrong=f"does not belong to a {type(indenter).__name__}")]
-
-
-def _slope(indenter: Indenter) -> float:
-    """tan(alpha) of a cone or a pyramid, alpha the half opening angle; d tan(alpha) is the radius or half-width at depth d."""
-    assert isinstance(indenter, (Cone, Pyramid))
-    return 1 / math.tan(indenter.inclination)
+    name = next(iter(shape.models)) if name is None else name
+    return shape.models[one_of("model", name, shape.models, wrong=f"does not belong to a {type(indenter).__name__}")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,22 +124,16 @@ def formulas(medium: Stack, indenter: Indenter) -> list[Formula]:
     Formulas for thin layers are factors on the half-space force; those for films on substrates are equivalent moduli at the
     contact radius of the half-space, as they are used.
     """
-    top, base, tip = layer_on_top(medium)[1], medium.base, half_space_model(indenter)
-    if len(medium.layers) != 1 or top.bonded not in (True, False):
+    top, base, tip, shape = layer_on_top(medium)[1], medium.base, half_space_model(indenter), shape_of(indenter)
+    if len(medium.layers) != 1 or top.bonded not in (True, False) or shape is None:
         return []
     nu, h, bonded = young_and_poisson(top)[1], top.thickness, bool(top.bonded)
-    star = 1 / (1 - nu**2)
-    sphere_like, pyramid = isinstance(indenter, (Sphere, Paraboloid)), isinstance(indenter, Pyramid)
-    shape = "paraboloid" if sphere_like else "flat" if indenter.flat else "cone"
+    star, radius, pyramid = 1 / (1 - nu**2), shape.radius, shape.kind == "pyramid"
+    kind = "cone" if pyramid else shape.kind
     found: list[Formula] = []
 
     def x(d: Array) -> Array:
-        """Half-space contact radius, or half-width of the tip at this depth for cones, over the thickness."""
-        if isinstance(indenter, (Sphere, Paraboloid)):
-            return np.sqrt(indenter.radius * d) / h
-        if indenter.flat:
-            return np.full_like(d, indenter.reach / h)
-        return d * _slope(indenter) / h
+        return shape.width(d) / h
 
     def add(name: str, of: Callable[[Array], Array], *made_for: str) -> None:
         """A factor on the half-space force."""
@@ -138,23 +142,22 @@ def formulas(medium: Stack, indenter: Indenter) -> list[Formula]:
         found.append(Formula(name, lambda d, young: young * star * tip(d) * of(d), remark))
 
     half = "" if nu == 0.5 else "for nu = 0.5"
-    if sphere_like:
+    if radius:
         add("Dimitriadis", lambda d: published.dimitriadis(x(d), nu, bonded))
     if bonded:
-        add("Garcia", lambda d: published.garcia(x(d), shape), "for cones" if pyramid else "", half)
-    if bonded and isinstance(indenter, (Sphere, Paraboloid)):
-        radius = indenter.radius
+        add("Garcia", lambda d: published.garcia(x(d), kind), "for cones" if pyramid else "", half)
+    if bonded and radius:
         if published.LONG[0] <= radius / h < published.LONG[1]:
             add("Long", lambda d: published.long(x(d), radius / h), "for large strains", half)
         thin = "for bonded incompressible layers much thinner than the contact"
         found.append(Formula("Chadwick", lambda d, young: published.chadwick(radius, d, young, h), thin))
     if pyramid:
-        ours = published.PYRAMID_FORCE[4] * _slope(indenter) / float(tip(np.ones(1))[0])
+        ours = published.PYRAMID_FORCE[4] * float(shape.width(np.ones(1))[0] / tip(np.ones(1))[0])
         add("flatpunch", lambda d: ours * published.pyramid(x(d), 4, bonded), "of this project", half)
     if base.isotropic:
-        narrow = 2 / math.pi if shape == "cone" else 1.0
+        narrow = 2 / math.pi if kind == "cone" else 1.0
         laws = equivalents(medium)
-        if sphere_like:
+        if radius:
             substrate, ratio = base.surface_modulus, young_and_poisson(base)[1]
             laws["Clifford"] = lambda a, film: published.clifford(a, film, nu, substrate, ratio)
         for name, law in laws.items():
@@ -240,10 +243,13 @@ def compare_formulas(
     medium, top = layer_on_top(medium)
     young, poisson = young_and_poisson(top)
     star = 1 / (1 - poisson**2)
-    laws = [
-        Formula(name.capitalize(), partial(_scaled, model, star), "no correction")
-        for name, model in half_space_models(indenter).items()
-    ]
+
+    def alone(model: Force) -> Callable[[Array, float], Array]:
+        return lambda d, young: young * star * model(d)
+
+    shape = shape_of(indenter)
+    models = {} if shape is None else shape.models
+    laws = [Formula(name.capitalize(), alone(model), "no correction") for name, model in models.items()]
     laws += _of_one_layer(medium, indenter)
     given = {"depth": depth, "force": force, "radius": radius}
     control: Plain = {name: values for name, values in given.items() if values is not None}

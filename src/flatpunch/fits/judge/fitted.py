@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from flatpunch._support.checks import TINY, Array, Flags
-from flatpunch.fits.judge.background import Background
-from flatpunch.fits.judge.record import Noise, Record
+from flatpunch.fits.judge.record import Background, Noise, Record
 from flatpunch.fits.least_squares.minimum import Minimum
 from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.measured.signal import CLEAR, IN_CONTACT, SHARE

@@ -17,10 +17,9 @@ from scipy.ndimage import median_filter
 
 from flatpunch._support.checks import TINY, Array
 from flatpunch._support.prefixes import text
-from flatpunch.fits.judge.background import LEARNT, Background
 from flatpunch.fits.judge.candidates import Candidates, Found, begun, candidates, scan, table_at
 from flatpunch.fits.judge.fitted import FOOT, MOST, SURE, Descent, Fit, over_background
-from flatpunch.fits.judge.record import Noise, Record
+from flatpunch.fits.judge.record import LEARNT, Background, Noise, Record
 from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.signal import CLEAR, IN_CONTACT, SHARE
@@ -72,7 +71,7 @@ class Judge:
     @cached_property
     def first(self) -> Candidates:
         """Candidates at the model's starting values."""
-        return candidates(self.record, table_at(self.record, self.record.zero))
+        return candidates(self.record, table_at(self.record, self.record.objective.zero))
 
     def best(self) -> Fit | None:
         """The contact that the record shows; None without any."""
@@ -139,7 +138,7 @@ class Judge:
         found = scan(record, noise, self.first, end)
         position = record.objective.position
         if found is not None and found.place < position[0] - 0.5 * np.ptp(position):
-            found = scan(record, noise, candidates(record, table_at(record, record.zero, far=True)), end)
+            found = scan(record, noise, candidates(record, table_at(record, record.objective.zero, far=True)), end)
         for _ in range(3):
             if (
                 found is None
@@ -148,7 +147,7 @@ class Judge:
                 or abs(np.log(found.amplitude)) < 0.5
             ):
                 return found
-            table = table_at(record, begun(record, found, record.zero), far=found.place < position[0])
+            table = table_at(record, begun(record, found, record.objective.zero), far=found.place < position[0])
             again = scan(record, noise, candidates(record, table), end)
             if again is None:
                 return found
@@ -193,11 +192,9 @@ class Judge:
         objective = record.with_tilt(noise.background.tilt)
 
         def begins(found: Found | None) -> Array | None:
-            return (
-                None if found is None or found.sign != first.sign else begun(record, found, record.zero_of(objective))
-            )
+            return None if found is None or found.sign != first.sign else begun(record, found, objective.zero)
 
-        start, limits = begun(record, first, record.zero_of(objective)), self.limits(objective)
+        start, limits = begun(record, first, objective.zero), self.limits(objective)
         last = record.size if self.whole else end or first.end
         return Descent(
             record, objective, noise, limits, start, last, self.whole, lambda e: begins(self._scan(noise, e))

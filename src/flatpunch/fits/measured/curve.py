@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,9 +16,6 @@ from flatpunch._support.checks import Array, numbers, positive, shown, values
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import Table, readable
-
-if TYPE_CHECKING:
-    pass
 
 _COLUMNS = {"depth": "m", "force": "N", "stiffness": "N/m", "time": "s", "segment": "1"}
 FEWEST, FEWEST_STIFF = 12, 4

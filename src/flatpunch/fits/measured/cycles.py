@@ -128,7 +128,7 @@ IMPRINT = 0.2
 """Share of the depth above which an imprint is reported; drift and slow recovery of elastic bodies leave less."""
 HARD = 1e8
 """Modulus [Pa] above which bodies yield rather than flow; softer ones keep their depth by viscosity."""
-ENDS = 0.05
+ENDS = TURN
 """Share of the largest force at either end in which the ways are not compared: noise and adhesion below, hold and creep above."""
 LEVELS = 40
 """Force levels at which the depth is averaged, so that a hold counts no more than a ramp."""

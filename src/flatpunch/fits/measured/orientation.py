@@ -18,12 +18,10 @@ from scipy.ndimage import median_filter
 from flatpunch._support.checks import TINY, Array
 from flatpunch._support.prefixes import text
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
-from flatpunch.fits.measured.signal import CALM, EXACT, wander
+from flatpunch.fits.measured.signal import CALM, EXACT, LITTLE, wander
 
 Direction = Literal["auto", "growing", "falling"]
 
-_TURN = 0.02
-"""Share of the range of the position by which the tip must come back for a turn: drift and settling of a stage are less."""
 _LEG = 0.5
 """Share of the longest leg from which a leg can be the approach."""
 _NOISE = 8.0
@@ -207,7 +205,8 @@ def _legs(curve: Curve, position: Array) -> tuple[list[int], Array]:
     if curve.segment is not None and np.ptp(curve.segment) > 0:
         edges = (np.flatnonzero(np.diff(curve.segment))).tolist()
         return [0, *edges, position.size - 1], smooth
-    least = max(_TURN * float(np.ptp(smooth)), _NOISE * wander(position))
+    # shorter ways back are no turn
+    least = max(LITTLE * float(np.ptp(smooth)), _NOISE * wander(position))
     # readings that jump away are no turn
     usual = np.where(np.abs(position - smooth) <= least, position, np.nan)
     # the first reading is the end of a leg, but no turn

@@ -14,6 +14,8 @@ CLEAR = 6.0
 """Noise levels that a reading or a dip must have to count; with 3, four more of 30 synthetic curves are refused."""
 ROUNDED = float(1 / np.sqrt(12))
 """Standard deviation of what is rounded to steps, or uniform, over the width."""
+LITTLE = 0.02
+"""Share of readings, of their range or of a dip that is next to nothing: drift and settling of a stage are less."""
 EXACT = 1e-9
 """Relative differences of data without noise, which were computed or printed, that are rounding."""
 CALM = 5

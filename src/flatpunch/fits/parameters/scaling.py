@@ -153,7 +153,9 @@ def scaling(
     moduli, lengths, ratios = ([name for name in kept if numbers[name].number.unit == unit] for unit in ("Pa", "m", ""))
     faces = {name: _OF_FACES[unit] for name in kept if (unit := numbers[name].number.unit) in _OF_FACES}
     tip = _only_number(numbers, indenter)
-    unit_tip = tip if indenter.exponent is not None and not large and _in_proportion(indenter) else None
+    # heights are in proportion to the curvature or the slope that is the tip's number
+    in_proportion = indenter.exponent is not None and isinstance(indenter, (Paraboloid, Cone, Pyramid))
+    unit_tip = tip if in_proportion and not large else None
     if tip and indenter.exponent is None and numbers[tip].number.unit == "m":
         lengths.append(tip)
     known = {*moduli, *lengths, *ratios, *faces, unit_tip}
@@ -205,11 +207,6 @@ def _only_number(numbers: Mapping[str, Place], indenter: Indenter) -> str | None
     """The number of a tip that has one alone."""
     found = [each.path for each in numbers_of(indenter, "indenter")]
     return found[0] if len(found) == 1 and found[0] in numbers else None
-
-
-def _in_proportion(indenter: Indenter) -> bool:
-    """Whether heights are in proportion to the curvature or the slope that is the tip's number."""
-    return isinstance(indenter, (Paraboloid, Cone, Pyramid))
 
 
 def _poisson(name: str, number: Number) -> Coordinate:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypedDict
+from typing import Any, Literal, TypedDict, get_args
 
 from flatpunch._support.checks import BadValue, one_of, real, shown, switch
 from flatpunch._support.readable import readable
@@ -146,15 +146,9 @@ class Settings:
     drag: Literal["free"] | float = 0.0
 
     def __post_init__(self) -> None:
-        choices = {
-            "baseline": ("auto", "constant", "linear", "none"),
-            "loss": ("linear", "soft_l1", "huber", "cauchy"),
-            "adhesion": ("refuse", "above", "ignore"),
-            "direction": ("auto", "growing", "falling"),
-            "segment": ("auto", "approach", "retract", "both"),
-        }
+        choices = {"baseline": Baseline, "loss": Loss, "adhesion": Adhesion, "direction": Direction, "segment": Segment}
         for name, known in choices.items():
-            one_of(name, getattr(self, name), known)
+            one_of(name, getattr(self, name), get_args(known))
         if not isinstance(self.method, str) or self.method != "auto":
             method_of(self.method)
         object.__setattr__(self, "contact", _contact(self.contact))
@@ -240,3 +234,19 @@ def options_of(given: Options) -> tuple[Physics, Settings]:
     acts: dict[str, Any] = {name: value for name, value in given.items() if name in PhysicsOf.__annotations__}
     how: dict[str, Any] = {name: value for name, value in given.items() if name not in acts}
     return Physics(**acts), Settings(**how)
+
+
+def segments(adhesive: bool, over_time: bool) -> tuple[str, ...]:
+    """Parts of a cycle that can be fitted, the one that "auto" means first."""
+    return ("retract", "both") if adhesive else ("both",) if over_time else ("approach",)
+
+
+def check_segment(segment: str, known: Sequence[str]) -> None:
+    """Refuse a part of a cycle that the physics has no use for."""
+    if segment not in ("auto", *known):
+        words = " or ".join(map(repr, ("auto", *known)))
+        raise BadValue(
+            "segment",
+            repr(segment),
+            f"does not go with this case; it is {words}. Retracts are fitted with work_of_adhesion, cycles with relaxation.",
+        )

@@ -21,15 +21,21 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array, BadValue, real
 from flatpunch._support.declared import Place
+from flatpunch._support.prefixes import text
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.parameters.sample import BESIDE, Numbers, Sample, Scale, ends
+from flatpunch.fits.parameters.settings import Free
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
 
 _NEAR = 4.0
 """Fits are taken for near each other where rounded internal parameters and ln of the depth, times this, are the same."""
+
+
+FAR = 1e6
+"""A free parameter without limits may leave its start by this factor."""
 
 
 class ExactForce(NamedTuple):
@@ -130,6 +136,11 @@ class FreeParameters(ABC):
         (low, high), (first, last) = ends(self.numbers[name]), self.knots.get(name, (-np.inf, np.inf))
         return max(low, first), min(high, last)
 
+    def bounds(self, free: Mapping[str, Free]) -> tuple[Array, Array]:
+        """Limits of the free parameters, internal."""
+        pairs = [_between(self.numbers[n], self.numbers[n].value, free[n], self.ends(n)) for n in self.free]
+        return np.array([low for low, _ in pairs]), np.array([high for _, high in pairs])
+
     def start(self) -> Array:
         """Internal values of the free parameters in the case."""
         return np.array([scale.internal(self.numbers[name].value) for name, scale in self.scales.items()])
@@ -150,6 +161,43 @@ class FreeParameters(ABC):
         known = {name: self.numbers[name] for name in weights if name not in self.free}
         fixed = sum(weights[name] * Scale.of(each).internal(each.value) for name, each in known.items())
         return fixed, np.array([weights.get(name, 0.0) for name in self.free])
+
+
+def check_free(sample: Sample, free: Mapping[str, Free]) -> None:
+    """Refuse limits that a start does not lie between, without making a model."""
+    sample.check(free)
+    for name, what in free.items():
+        number = sample.numbers[name]
+        _between(number, number.value if what.start is None else what.start, what, ends(number))
+
+
+def _between(number: Place, start: float, limits: Free, ends: tuple[float, float]) -> tuple[float, float]:
+    scale, name = Scale.of(number), number.path
+    begin, far = scale.internal(start), np.log(FAR)
+    low, high = (end if np.isfinite(end) else begin + way for end, way in zip(ends, (-far, far), strict=True))
+    if limits.minimum is not None:
+        low = max(_limit(number, "minimum", limits.minimum), ends[0])
+    if limits.maximum is not None:
+        high = min(_limit(number, "maximum", limits.maximum), ends[1])
+    # the start has been there and back
+    slack = ROUNDING * max(1.0, abs(begin))
+    if not low - slack <= begin <= high + slack or low == high:
+        words = [
+            text(v, number.number.unit or "") if v is not None else "none"
+            for v in (start, limits.minimum, limits.maximum)
+        ]
+        raise BadValue(name, "", f": the start {words[0]} must lie between minimum {words[1]} and maximum {words[2]}.")
+    return low, high
+
+
+def _limit(number: Place, which: str, value: float) -> float:
+    scale, name = Scale.of(number), f"{number.path} {which}"
+    value = real(name, value)
+    if scale.form != "plain" and value <= 0:
+        raise ValueError(f"{name} = {value!r} must be > 0.")
+    if scale.form == "slope" and value > np.pi / 2:
+        raise ValueError(f"{name} = {value!r} must not exceed pi/2.")
+    return scale.internal(value)
 
 
 class Frame(NamedTuple):
@@ -254,6 +302,11 @@ class Unknowns(ABC):
     def names(self) -> tuple[str, ...]:
         """Names of all entries of x."""
         return (*self.model.free, *self.nuisance)
+
+    @property
+    def zero(self) -> Array:
+        """x at the starting values of the model, contact and background in the middle of their units."""
+        return np.append(self.model.start(), np.zeros(len(self.nuisance)))
 
     @property
     def units(self) -> dict[str, tuple[float, float]]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from flatpunch.fits.parameters.sample import NUISANCE
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Unknowns
 from flatpunch.fits.report.findings import about_contact, tilt_note
-from flatpunch.fits.report.likelihood import by_profile
+from flatpunch.fits.report.fitted import by_profile
 from flatpunch.fits.report.result import FitResult
 from flatpunch.fits.report.table import Estimate, half_width
 
@@ -38,10 +39,9 @@ def reported(problem: Problem, found: Minimum, settings: Settings) -> FitResult:
     inside = ~found.at_bound
     spread, undetermined = covariance(found.normal, inside, variance)
     doubtful = [i for i, setup in enumerate(problem.setups) if setup.doubtful and inside.all()]
-    unseen = _undetected_tilts(problem, found, doubtful, settings)
-    shared = unseen + _calibrations(problem, found) + _other_backgrounds(problem, found)
-    for i in range(len(problem.setups)):
-        shared = shared + _rounding(problem, found, i)
+    unseen = _covariance(_undetected_tilts(problem, found, doubtful, settings), found)
+    others = chain(_calibrations(problem, found), _other_backgrounds(problem, found), _roundings(problem, found))
+    shared = unseen + _covariance(others, found)
     spread = spread + shared
     result = FitResult(
         problem=problem,
@@ -75,42 +75,52 @@ def _estimated(problem: Problem, found: Minimum, spread: Array, level: float) ->
     return estimates
 
 
-def _rounding(problem: Problem, found: Minimum, i: int) -> Array:
-    """Covariance from the rounding of a digitised force without contact, which is one error of many readings of curve i.
+def _covariance(shifts: Iterable[Array], found: Minimum) -> Array:
+    """Covariance of independent errors from the shifts of x by one standard deviation of each; of those that are known."""
+    added = np.zeros_like(found.normal)
+    for shift in shifts:
+        if np.isfinite(shift).all():
+            added += np.outer(shift, shift)
+    return added
+
+
+def _roundings(problem: Problem, found: Minimum) -> Iterator[Array]:
+    """Shifts by the rounding of a digitised force without contact, which is one error of many readings of a curve.
 
     A force x that is rounded to steps q, with noise s before the rounding, is off in the mean by
     sum_j (-1)^j q/(pi j) exp(-2 pi^2 j^2 s^2/q^2) sin(2 pi j x/q); its variance is taken over all x. Where the force rises the
     errors of neighbours change sign and average out.
     """
-    objective, place, none = problem.parts[i], problem.places[i], np.zeros((found.x.size, found.x.size))
-    step = converter_step(problem.setups[i].part.force)
-    if not step or objective.model.over_time:
-        return none
-    own = found.x[place]
-    free = np.ones(objective.depth.size, dtype=bool)
-    if objective.model.adhesive:
-        free[objective.loaded] = False
-    else:
-        free = objective.depth <= objective.split(own)[1]["contact"]
-    if not free.any():
-        return none
-    # readings that alternate between two levels have up to q^2/4 without showing s
-    s = max(float(np.var(objective.force[free])) - step**2 / 4, 0.0)
-    j = np.arange(1, 100)
-    variance = float(np.sum((step / (np.pi * j)) ** 2 / 2 * np.exp(-((2 * np.pi * j / step) ** 2) * s)))
-    pushed = np.zeros(found.x.size)
-    pushed[place] = objective.evaluate(own)[1][:, free].sum(axis=1) / (objective.frame.span * problem.noise[i] ** 2)
-    shift = covariance(found.normal, ~found.at_bound, 1.0)[0] @ pushed
-    return np.asarray(variance * np.outer(shift, shift)) if np.isfinite(shift).all() else none
+    for setup, objective, place, noise in zip(
+        problem.setups, problem.parts, problem.places, problem.noise, strict=True
+    ):
+        step = converter_step(setup.part.force)
+        if not step or objective.model.over_time:
+            continue
+        own = found.x[place]
+        if objective.model.adhesive:
+            free = np.ones(objective.depth.size, dtype=bool)
+            free[objective.loaded] = False
+        else:
+            free = objective.depth <= objective.split(own)[1]["contact"]
+        if not free.any():
+            continue
+        # readings that alternate between two levels have up to q^2/4 without showing s
+        s = max(float(np.var(objective.force[free])) - step**2 / 4, 0.0)
+        j = np.arange(1, 100)
+        variance = float(np.sum((step / (np.pi * j)) ** 2 / 2 * np.exp(-((2 * np.pi * j / step) ** 2) * s)))
+        pushed = np.zeros(found.x.size)
+        pushed[place] = objective.evaluate(own)[1][:, free].sum(axis=1) / (objective.frame.span * noise**2)
+        yield np.asarray(np.sqrt(variance) * (covariance(found.normal, ~found.at_bound, 1.0)[0] @ pushed))
 
 
-def _calibrations(problem: Problem, found: Minimum) -> Array:
-    """Covariance that uncertain calibrations add: the fit is repeated with each constant one standard deviation larger.
+def _calibrations(problem: Problem, found: Minimum) -> Iterator[Array]:
+    """Shifts by uncertain calibrations: the fit is repeated with each constant one standard deviation larger.
 
     A larger spring constant makes forces larger and leaves the tip where it was; a larger sensitivity makes deflections larger.
     Curves of the same constants have one cantilever, whose errors they share.
     """
-    added, count = np.zeros((found.x.size, found.x.size)), len(problem.free)
+    count = len(problem.free)
     cantilevers: dict[tuple[str, float, float | None], list[int]] = {}
     for i, setup in enumerate(problem.setups):
         for name, relative in setup.part.meta.get("calibration", {}).items():
@@ -122,8 +132,7 @@ def _calibrations(problem: Problem, found: Minimum) -> Array:
         moved = minimise(replace(problem, setups=tuple(setups)).evaluate, found.x, *problem.bounds, settled=SOON)
         shift = np.zeros(found.x.size)
         shift[:count] = moved.x[:count] - found.x[:count]
-        added += np.outer(shift, shift)
-    return added
+        yield shift
 
 
 def _recalibrated(setup: Setup, name: str, factor: float) -> Unknowns:
@@ -141,12 +150,12 @@ def _recalibrated(setup: Setup, name: str, factor: float) -> Unknowns:
     return replace(objective, force=force, _before={}, **changed)
 
 
-def _undetected_tilts(problem: Problem, found: Minimum, curves: Sequence[int], settings: Settings) -> Array:
-    """Covariance that tilts of the baselines of some curves add: for each a step to the minimum with a tilt.
+def _undetected_tilts(problem: Problem, found: Minimum, curves: Sequence[int], settings: Settings) -> Iterator[Array]:
+    """Shifts by tilts of the baselines of some curves: for each a step to the minimum with a tilt.
 
     The data do not ask for it. By `loss` outliers move a tilt as little as the other unknowns.
     """
-    added, inverse = np.zeros_like(found.normal), covariance(found.normal, np.ones(found.x.size, dtype=bool), 1.0)[0]
+    inverse = covariance(found.normal, np.ones(found.x.size, dtype=bool), 1.0)[0]
     for i in curves:
         tilted, places = _with_tilt(problem.parts[i]), problem.places[i]
         place = tilted.names.index("tilt")
@@ -162,14 +171,11 @@ def _undetected_tilts(problem: Problem, found: Minimum, curves: Sequence[int], s
         # infinite where the curve says nothing about a parameter, or the tilt is one of its shapes
         with np.errstate(invalid="ignore", divide="ignore"):
             shift = inverse @ along * (column @ residual) / (column @ column - along @ inverse @ along)
-        if np.isfinite(shift).all():
-            added += np.outer(shift, shift)
-    return added
+        yield shift
 
 
-def _other_backgrounds(problem: Problem, found: Minimum) -> Array:
-    """Covariance that other backgrounds add, which the readings before the contact allow: a step to the minimum of each."""
-    added = np.zeros_like(found.normal)
+def _other_backgrounds(problem: Problem, found: Minimum) -> Iterator[Array]:
+    """Shifts by other backgrounds, which the readings before the contact allow: a step to the minimum of each."""
     for i, setup in enumerate(problem.setups):
         if setup.other is None:
             continue
@@ -178,10 +184,7 @@ def _other_backgrounds(problem: Problem, found: Minimum) -> Array:
             residual, jacobian = objective.evaluate(found.x[place])
             normal[np.ix_(place, place)] += sign * jacobian @ jacobian.T / problem.noise[i] ** 2
         gradient[place] = jacobian @ residual / problem.noise[i] ** 2
-        shift = covariance(normal, ~found.at_bound, 1.0)[0] @ gradient
-        if np.isfinite(shift).all():
-            added += np.outer(shift, shift)
-    return added
+        yield covariance(normal, ~found.at_bound, 1.0)[0] @ gradient
 
 
 def _with_tilt(objective: Unknowns) -> Unknowns:

@@ -13,8 +13,7 @@ from flatpunch.contact.curve import percent
 from flatpunch.contact.limits import deepest as base_depth
 from flatpunch.fits.measured.calibration import PRINTED
 from flatpunch.fits.measured.signal import CLEAR, converter_step, spread_of, white_noise
-from flatpunch.fits.report.fitted import Fitted
-from flatpunch.fits.report.likelihood import tilt_or_contact
+from flatpunch.fits.report.fitted import Fitted, tilt_or_contact
 from flatpunch.fits.report.table import Estimate, label, rows_of, unit_of
 from flatpunch.indenters import Paraboloid
 from flatpunch.indenters.profile import Indenter

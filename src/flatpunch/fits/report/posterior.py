@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,32 +20,34 @@ from flatpunch.fits.measured.signal import ROUNDED
 from flatpunch.fits.report.table import Estimate, Row, Rows, Tabled, csv_of, saved, unit_of
 
 
-class Prior(Protocol):
+class Prior(ABC):
     """What is known of one parameter, SI."""
+
+    __slots__ = ()
 
     @property
     def support(self) -> tuple[float, float]:
-        """Smallest and largest possible value."""
-        ...
+        """Smallest and largest possible value; everything unless a kind has limits."""
+        return -np.inf, np.inf
 
     @property
+    @abstractmethod
     def centre(self) -> float:
         """Median."""
-        ...
 
     @property
+    @abstractmethod
     def spread(self) -> float:
         """Standard deviation, of a lognormal prior to first order."""
-        ...
 
+    @abstractmethod
     def logarithm(self, value: Array) -> Array:
         """ln of the probability density, up to a constant."""
-        ...
 
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Normal:
+class Normal(Prior):
     """A value with a standard uncertainty, such as a thickness from ellipsometry.
 
     Parameters
@@ -72,11 +75,6 @@ class Normal:
         object.__setattr__(self, "std", positive("Normal.std", self.std))
 
     @property
-    def support(self) -> tuple[float, float]:
-        """Everything."""
-        return -np.inf, np.inf
-
-    @property
     def centre(self) -> float:
         """Median."""
         return self.mean
@@ -93,7 +91,7 @@ class Normal:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class LogNormal:
+class LogNormal(Prior):
     """A positive value with a relative uncertainty, such as a spring constant known to 10 %.
 
     Parameters
@@ -146,7 +144,7 @@ class LogNormal:
 
 @readable
 @dataclass(frozen=True, slots=True)
-class Uniform:
+class Uniform(Prior):
     """All values between two limits, equally probable.
 
     Parameters

@@ -20,10 +20,10 @@ from flatpunch._support.prefixes import text
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable, record
 from flatpunch._version import __version__
+from flatpunch.contact import method_of
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.parameters.sample import BESIDE, PULL_OFF
-from flatpunch.fits.report.fitted import Fitted
-from flatpunch.fits.report.likelihood import Profile, profile
+from flatpunch.fits.report.fitted import Fitted, Profile, profile
 from flatpunch.fits.report.posterior import Posterior, Prior
 from flatpunch.fits.report.sampling import draw
 from flatpunch.fits.report.table import (
@@ -328,9 +328,8 @@ class FitResult(Fitted, Tabled):
 def _sample(result: Fitted) -> dict[str, str | float]:
     model = result.objective.model
     sample = model.sample.replaced(result.values)
-    method = method_for(sample.indenter, model.method)
     found: dict[str, str | float] = {
-        "method": method if isinstance(method, str) else method.name,
+        "method": method_of(method_for(sample.indenter, model.method)).name,
         "medium": json.dumps(record(sample.medium)),
         "indenter": json.dumps(record(sample.indenter)),
     }

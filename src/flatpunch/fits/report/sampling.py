@@ -15,7 +15,7 @@ from flatpunch.fits.parameters.sample import BESIDE, CALIBRATION, Scale
 from flatpunch.fits.report.findings import correlated
 from flatpunch.fits.report.fitted import Fitted
 from flatpunch.fits.report.log_posterior import LogPosterior, at_once, parts_of
-from flatpunch.fits.report.posterior import LogNormal, Normal, Posterior, Prior, Uniform
+from flatpunch.fits.report.posterior import LogNormal, Posterior, Prior
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,7 @@ def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Arr
     """The density, and where the fit ended."""
     problem, x, assumed = result.problem, result.minimum.x, {}
     for name, prior in given.items():
-        if not isinstance(prior, (Normal, LogNormal, Uniform)):
+        if not isinstance(prior, Prior):
             raise TypeError(
                 f"priors[{shown(name)}] = {shown(prior)} must be Normal(mean, std), LogNormal(median, relative) or "
                 "Uniform(low, high)."

@@ -47,12 +47,6 @@ def unit_of(number: Place) -> str:
     return number.number.unit or ""
 
 
-def unit_in(column: str, numbers: Mapping[str, Place]) -> str:
-    """SI unit of a column of a table, "" where it has none: of "layers[0].young low" that of the modulus."""
-    bare = re.sub(r" (stderr|low|high)$", "", column)
-    return unit_of(known) if (known := numbers.get(bare, BESIDE.get(bare))) else ""
-
-
 def between(low: float | None, high: float | None, unit: str) -> str:
     """Limits as the end of a sentence; empty if both are open."""
     if low is None and high is None:
@@ -297,8 +291,10 @@ def column(records: Sequence[Plain], name: str) -> Array:
 
 
 def units_in(records: Sequence[Plain], numbers: Mapping[str, Place]) -> dict[str, str]:
-    """Units of the columns that belong to numbers."""
-    return {name: unit_in(name, numbers) for name in columns_of(records)}
+    """SI units of columns, "" where they have none: of "layers[0].young low" that of the modulus."""
+    known, names = {**BESIDE, **numbers}, columns_of(records)
+    found = {name: known.get(re.sub(r" (stderr|low|high)$", "", name)) for name in names}
+    return {name: "" if number is None else unit_of(number) for name, number in found.items()}
 
 
 def csv_of(records: Sequence[Plain], units: Mapping[str, str]) -> str:

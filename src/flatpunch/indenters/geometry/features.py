@@ -90,3 +90,14 @@ def beside_flat_end(indenter: Indenter, radius: Array) -> Flags:
     if flat_radius(indenter) == 0:
         return np.zeros(radius.shape, dtype=bool)
     return np.asarray(radius < 1.2 * indenter.rings[-1])
+
+
+def radius_above(indenter: Indenter, height: Array | float, phi: Array, limit: float) -> Array:
+    """Radii up to `limit` above which the shape is higher along rays [m], by bisection, as it may end in a step."""
+    high = np.full(np.broadcast_shapes(np.shape(height), phi.shape), min(limit, indenter.reach))
+    low = np.zeros_like(high)
+    for _ in range(90):
+        middle = (low + high) / 2
+        above = np.asarray(indenter.height(middle, phi)) > height
+        low, high = np.where(above, low, middle), np.where(above, middle, high)
+    return np.asarray(high)

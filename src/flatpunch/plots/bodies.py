@@ -1,13 +1,13 @@
-"""Pictures of an indenter: its surface in three dimensions, and its level lines with sections along two directions.
+"""Pictures of what is pressed together: Young's modulus of a body over its depth; surface, level lines and sections of a tip.
 
 Figures are made without pyplot, as in `plots`. All axes have lengths with the prefix that keeps numbers readable; the height of
-the surface is drawn at its own scale, which the title states.
+the surface is drawn at its own scale, which the title states. Depth runs downwards; of two bodies the upper one is above zero.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -15,19 +15,30 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LightSource
 from matplotlib.figure import Figure
 
-from flatpunch._support.checks import Array, one_of, positive
+from flatpunch._support.checks import Array, non_negative, one_of, positive
 from flatpunch._support.declared import numbers_of
 from flatpunch._support.prefixes import readable, text
+from flatpunch.indenters.geometry.features import radius_above
 from flatpunch.indenters.profile import Indenter, check_indenter
+from flatpunch.media import (
+    Body,
+    Stack,
+    underlying,
+)
 from flatpunch.numerics.extents import ROOM
 from flatpunch.plots.outline import framed
 from flatpunch.plots.style import (
+    BLUE,
+    GREY,
     HEADROOM,
+    ORANGE,
     SAMPLES,
     THIN,
     StyleName,
     axes_or_new,
     check_label,
+    legend_below,
+    logarithmic,
     next_colour,
     panels,
     round_step,
@@ -37,6 +48,7 @@ from flatpunch.plots.style import (
 
 if TYPE_CHECKING:
     from mpl_toolkits.mplot3d import Axes3D
+
 
 _SURFACE, _LINES = "#c3d2df", "#2b3a4a"
 
@@ -122,7 +134,7 @@ def _surface(indenter: Indenter, axes: Axes3D, extent: float, label: str | None 
     """Draw the surface into three-dimensional axes, apex down, cut where it reaches the lowest height on the border."""
     top = _rim(indenter, extent)
     phi = np.unique(np.concatenate([np.linspace(0, 2 * np.pi, SAMPLES), indenter.split_angles]))
-    limit = _level_radius(indenter, top, phi, min(extent * np.sqrt(2), indenter.reach))
+    limit = radius_above(indenter, top, phi, extent * np.sqrt(2))
     share = np.linspace(0, 1, SAMPLES // 2)
     r = share[:, None] * limit
     height = np.asarray(indenter.height(r, phi))
@@ -135,7 +147,7 @@ def _surface(indenter: Indenter, axes: Axes3D, extent: float, label: str | None 
     light = LightSource(altdeg=_BELOW)
     axes.plot_surface(x, y, z, color=colour, rstride=1, cstride=1, linewidth=0, antialiased=False, lightsource=light)
     for level in _levels(top, rise)[1:]:
-        radius = _level_radius(indenter, level, phi, indenter.reach)
+        radius = radius_above(indenter, level, phi, extent * np.sqrt(2))
         axes.plot(
             radius * np.cos(phi) * scale,
             radius * np.sin(phi) * scale,
@@ -170,13 +182,13 @@ def _level_lines(indenter: Indenter, axes: Axes, extent: float, label: str | Non
     rise, height_unit = readable(top, "m")
     levels = _levels(top, rise)[: 1 if indenter.flat else None]
     for i, level in enumerate(levels):
-        radius = _level_radius(indenter, float(level), phi, indenter.reach)
+        radius = radius_above(indenter, float(level), phi, extent * np.sqrt(2))
         x, y = radius * np.cos(phi) * scale, radius * np.sin(phi) * scale
         if level == 0 and radius.max() < 1e-6 * extent:
             axes.plot(0, 0, "+", color=colour)
             continue
         axes.fill(x, y, fill=False, edgecolor=colour, lw=THIN if i else 2 * THIN, ls="--" if i == 0 else "-")
-    flat = _level_radius(indenter, 0.0, phi, indenter.reach).max() > 1e-6 * extent
+    flat = radius_above(indenter, 0.0, phi, extent * np.sqrt(2)).max() > 1e-6 * extent
     words = "flat" if indenter.flat else f"level lines every {levels[1] * rise:.3g} {height_unit}"
     words += ", dashed" if indenter.flat else ", flat dashed" if flat else ""
     axes.set_title(words if first or axes.get_title() == words else "level lines, of each tip at steps of its own")
@@ -206,9 +218,7 @@ def _sections(indenter: Indenter, axes: Axes, extent: float, label: str | None =
     half = extent * scale if first else max(extent * scale, axes.get_xlim()[1])
     axes.set_xlim(-half, half)
     axes.set_ylim(0, HEADROOM * top * rise if first else max(HEADROOM * top * rise, axes.get_ylim()[1]))
-    axes.set_xlabel(f"distance from the apex ({unit})")
-    axes.set_ylabel(f"height $f$ ({height_unit})")
-    axes.set_title("sections")
+    axes.set(xlabel=f"distance from the apex ({unit})", ylabel=f"height $f$ ({height_unit})", title="sections")
     if not (first and indenter.round and label is None):
         axes.legend(frameon=False)
     axes.spines[["top", "right"]].set_visible(False)
@@ -263,17 +273,120 @@ def _rim(indenter: Indenter, extent: float) -> float:
     return lowest
 
 
-def _level_radius(indenter: Indenter, level: float, phi: Array, limit: float) -> Array:
-    """Radius at which the height along each ray exceeds a level, by bisection."""
-    low, high = np.zeros_like(phi), np.full_like(phi, limit if np.isfinite(limit) else 1.0)
-    if not np.isfinite(limit):
-        for _ in range(400):
-            short = np.asarray(indenter.height(high, phi)) <= level
-            if not short.any():
-                break
-            high = np.where(short, 2 * high, high)
-    for _ in range(90):
-        middle = (low + high) / 2
-        above = np.asarray(indenter.height(middle, phi)) > level
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return np.asarray(high)
+_MODULUS, _FACE, _CONTACT = BLUE, GREY, ORANGE
+
+
+@dataclass(frozen=True, slots=True)
+class Profile:
+    """Young's modulus of one body along its depth.
+
+    Attributes
+    ----------
+    pieces : tuple of (ndarray, ndarray)
+        Depths z [m] from the contact surface and moduli [Pa] of each layer, then of an elastic base.
+    faces : tuple of (float, bool)
+        Depth of each layer's lower face [m], and whether it sticks to what is below.
+    end : float
+        Depth down to which the profile goes [m].
+    rigid : bool
+        Whether a rigid base begins at the last face.
+    """
+
+    pieces: tuple[tuple[Array, Array], ...]
+    faces: tuple[tuple[float, bool], ...]
+    end: float
+    rigid: bool
+
+
+def profile(body: Stack, reach: float) -> Profile:
+    """Modulus over depth of one body, down to `reach` [m] at least and past all its layers."""
+    top, pieces, faces = 0.0, [], []
+    for layer in body.layers:
+        z = np.linspace(0.0, layer.thickness, SAMPLES if layer.varies else 2)
+        z = np.unique(np.concatenate([z, layer.breaks]))
+        pieces.append((top + z, layer.young_at(z)))
+        top += layer.thickness
+        faces.append((top, bool(layer.face)))
+    end = max(ROOM * top, reach)
+    if not body.base.rigid:
+        # the modulus of a power law is zero or infinite at the surface itself
+        z = np.linspace(0.0, end, SAMPLES + 1)[1:] if body.base.varies else np.array([top, end])
+        pieces.append((z, body.base.young_at(z)))
+    return Profile(tuple(pieces), tuple(faces), end, body.base.rigid)
+
+
+def plot_medium(medium: Body, axes: Axes | None = None, *, contact_radius: float = 0.0) -> Axes:
+    """Draw Young's modulus over depth, with the faces of the layers: dashed where they slide or lift off.
+
+    Of transversely isotropic bodies it is the modulus in the plane.
+
+    Parameters
+    ----------
+    medium : Medium, HalfSpace, PowerLawHalfSpace, TwoBodies or FreeLayer
+        The body, or two of them: the upper one is then above zero.
+    axes : matplotlib.axes.Axes, optional
+        Where to draw; by default a new figure.
+    contact_radius : float
+        Mean contact radius [m]: a contact feels the body down to about this depth, which is marked; 0 marks nothing.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+
+    See Also
+    --------
+    plot_tip : The tip.
+
+    Examples
+    --------
+    >>> coated = fp.Medium([fp.Layer(young=20e9, poisson=0.25, thickness=1e-6)], base=fp.HalfSpace(young=2e9, poisson=0.3))
+    >>> axes = fp.plot_medium(coated)
+    >>> axes.get_xlabel(), axes.get_ylabel()
+    ("Young's modulus $E$ (GPa)", 'depth $z$ (µm)')
+    """
+    axes = axes_or_new(axes)
+    body = underlying(medium)
+    bodies = [(side, -1.0 if name == "upper" else 1.0) for name, side in body.sides]
+    contact_radius = non_negative("contact_radius", contact_radius, unit="m")
+    own = ROOM * float(body.length)
+    reach = ROOM * contact_radius or (own if np.isfinite(own) else 1.0)
+    profiles = [(profile(body, reach), sign) for body, sign in bodies]
+    moduli = np.concatenate([young for found, _ in profiles for _, young in found.pieces])
+    wide = moduli.max() > 10 * moduli.min()
+    young_factor, young_unit = readable(float(np.sqrt(moduli.max() * moduli.min()) if wide else moduli.max()), "Pa")
+    factor, unit = readable(max(found.end for found, _ in profiles), "m")
+    for found, sign in profiles:
+        for z, young in found.pieces:
+            axes.plot(young * young_factor, sign * z * factor, color=_MODULUS)
+        _faces(found, sign * factor, axes)
+    if wide:
+        logarithmic(axes, "x")
+    else:
+        axes.set_xlim(0, HEADROOM * float(moduli.max()) * young_factor)
+    low = -profiles[0][0].end * factor if body.pair else 0.0
+    axes.set_ylim(profiles[-1][0].end * factor, low)
+    if body.pair:
+        axes.axhline(0, color="black", linewidth=THIN)
+    _mark_contact(contact_radius * factor, body.pair, axes)
+    axes.set_xlabel(f"Young's modulus $E$ ({young_unit})")
+    axes.set(ylabel=f"depth $z$ ({unit})" + (", upper body above 0" if body.pair else ""), title="Modulus over depth")
+    return axes
+
+
+def _faces(found: Profile, scale: float, axes: Axes) -> None:
+    for depth, bonded in found.faces:
+        axes.axhline(scale * depth, color=_FACE, linewidth=THIN, linestyle="-" if bonded else "--")
+    if found.rigid:
+        top = found.faces[-1][0] if found.faces else 0.0
+        axes.axhspan(scale * top, scale * found.end, facecolor="none", edgecolor=_FACE, hatch="///", linewidth=0)
+        middle = scale * (top + found.end) / 2
+        box = {"facecolor": "white", "edgecolor": "none"}
+        axes.text(0.5, middle, "rigid", transform=axes.get_yaxis_transform(), ha="center", va="center", bbox=box)
+
+
+def _mark_contact(radius: float, pair: bool, axes: Axes) -> None:
+    if radius <= 0:
+        return
+    for depth in (-radius, radius) if pair else (radius,):
+        axes.axhline(depth, color=_CONTACT, linestyle=":", label="contact radius" if depth > 0 else None)
+    legend_below(axes)
