@@ -121,7 +121,7 @@ class MaugisBranch:
     @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Values of c [m] beyond which the branch is a series in the root of the distance."""
-        passed = self.base_radius(np.array(self._rings)) if self._rings else np.zeros(0)
+        passed = self._passed(np.array(self._rings)) if self._rings else np.zeros(0)
         return tuple(sorted({self.opening, *self._rings, *passed[passed < self.reach].tolist()}))
 
     @cached_property
@@ -160,8 +160,8 @@ class MaugisBranch:
         inner = np.where(radius > self.opening, radius * np.cos(angle), 0.0)
         return inner, np.pi * inner**2
 
-    def base_radius(self, mean_radius: Array) -> Array:
-        """c of contact radii a, shape (n,); infinite beyond the largest that is solved."""
+    def _passed(self, inner: Array) -> Array:
+        """c of contact radii a, shape (n,), without the table, of which they are borders; infinite beyond the largest."""
 
         def short(x: Array, inner: Array) -> Array:
             outer = np.exp(x)
@@ -171,12 +171,12 @@ class MaugisBranch:
 
         from scipy.optimize import elementwise
 
-        most, low = np.log(largest_radius(self.kernel, self.reach)), np.log(mean_radius)
+        most, low = np.log(largest_radius(self.kernel, self.reach)), np.log(inner)
         # from narrow rings on: layers that bulge beside wide ones may close the gap again
         high, width = low, ROUNDING
-        while ((more := short(high, mean_radius) < 0) & (high < most)).any():
+        while ((more := short(high, inner) < 0) & (high < most)).any():
             low, high, width = np.where(more, high, low), np.minimum(high + more * width, most), 10 * width
-        found = np.exp(elementwise.find_root(short, (low, high), args=(mean_radius,)).x)
+        found = np.exp(elementwise.find_root(short, (low, high), args=(inner,)).x)
         return np.asarray(np.where(more, np.inf, found))
 
     @property
@@ -184,15 +184,27 @@ class MaugisBranch:
         """The limit of short ranges."""
         return Branch(self.kernel, self.evaluate, self.work)
 
+    def base_radius(self, mean_radius: Array) -> Array:
+        """c of contact radii a, shape (n,); infinite beyond the largest that is solved."""
+        from scipy.optimize import elementwise
+
+        def short(x: Array, inner: Array) -> Array:
+            return np.asarray(self.size(np.exp(x))[0] - inner)
+
+        most, low = np.log(largest_radius(self.kernel, self.reach)), np.log(np.maximum(mean_radius, self.opening))
+        high = np.minimum(low + np.log(2), most)
+        while ((more := short(high, mean_radius) < 0) & (high < most)).any():
+            high = np.minimum(high + more * np.log(2), most)
+        found = elementwise.find_root(short, (low, high), args=(mean_radius,)).x
+        return np.asarray(np.where(more, np.inf, np.exp(found)))
+
     def lessened(self, radius: Array) -> Array:
         """What adhesion takes off depth [m] and force [N] of contacts of radii a, shape (2, n); nan beyond the largest c."""
-        outer, found = self.base_radius(radius), np.full((2, radius.size), np.nan)
-        solved = np.isfinite(outer)
-        angle = np.arccos(np.minimum(radius[solved] / outer[solved], 1.0))
-        row = np.arange(angle.size)
-        zone = cohesive_zone(self.kernel, outer[solved], max(self._least, float(angle.max(initial=0.0))))
-        found[0, solved] = self.stress * zone.at(row, angle[:, None])[1][:, 0]
-        found[1, solved] = self._integrals(zone, row, angle)[1]
+        outer = self.base_radius(radius)
+        inside = np.isfinite(outer)
+        plain, (depth, force, _) = self.evaluate(radius), self._table.at(np.log(outer[inside])).T
+        found = np.full((2, radius.size), np.nan)
+        found[:, inside] = [plain.depth[inside] - depth + self.range_of_action, plain.force[inside] - force]
         return found
 
     def error(self, radius: Array) -> Array:
