@@ -57,9 +57,10 @@ _INSIDE = {
         {"__init__"},
     ],
     "stresses": [
-        {"bodies", "loads", "rectangle"},
+        {"bodies", "loads"},
         {"axisymmetric"},
-        {"uniform_cells", "one_cell"},
+        {"one_cell"},
+        {"uniform_cells"},
         {"cells"},
         {"sources"},
         {"contact_sources"},

@@ -121,7 +121,7 @@ def contact_sources(contact: Contact, friction: float) -> tuple[list[Source], Pl
         if isinstance(contact.method, FirstOrder):
             return _superposed(contact, friction)
         return _boundary_elements(contact, friction)
-    about = solved(contact)
+    _, about = solved(contact)
     if not about["radius"] > 0:
         return [Nothing()], about
     edge = contact.work is not None or contact.indenter.flat
@@ -132,11 +132,12 @@ def contact_sources(contact: Contact, friction: float) -> tuple[list[Source], Pl
     return [RoundSource(load, 1.0, friction, again=partial(make, again=True), own_error=apart)], about
 
 
-def solved(contact: Contact) -> Plain:
-    """Depth, force and radius of a contact by `indent`, with its method and notes."""
-    curve = _curve(contact)
+def solved(contact: Contact) -> tuple[xr.Dataset, Plain]:
+    """A contact by `indent`, and its depth, force and radius with its method and notes."""
+    target: Plain = {contact.control.name: contact.control.values}
+    curve = indent(contact.medium, contact.indenter, method=contact.method, work_of_adhesion=contact.work, **target)
     numbers = {name: float(curve[name].values[0]) for name in ("depth", "force", "radius")}
-    return {
+    return curve, {
         **numbers,
         "method": curve.attrs["method"],
         "valid": int(curve["valid"].values[0]),
@@ -144,13 +145,8 @@ def solved(contact: Contact) -> Plain:
     }
 
 
-def _curve(contact: Contact) -> xr.Dataset:
-    target: Plain = {contact.control.name: contact.control.values}
-    return indent(contact.medium, contact.indenter, method=contact.method, work_of_adhesion=contact.work, **target)
-
-
 def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
-    curve, about = _curve(contact), solved(contact)
+    curve, about = solved(contact)
     if not about["radius"] > 0:
         return [Nothing()], about
     outline = outlines(curve)[0]
@@ -180,7 +176,7 @@ def _superposed(contact: Contact, friction: float) -> tuple[list[Source], dict[s
 
 def _adhesive(contact: Contact, friction: float) -> tuple[list[Source], dict[str, object]]:
     """Source of an adhesive contact: its outline by `indent`, and the pressure that makes the surface follow the tip inside."""
-    curve, about = _curve(contact), solved(contact)
+    curve, about = solved(contact)
     outline = outlines(curve)[0]
     if not about["radius"] > 0:
         return [Nothing()], about
@@ -215,7 +211,7 @@ def _boundary_elements(contact: Contact, friction: float) -> tuple[list[Source],
     own = contact.method if isinstance(contact.method, BoundaryElements) else BoundaryElements()
     if control.name == "radius":
         fast = replace(contact, method=None) if contact.method is own else contact
-        control = Control("depth", _curve(fast)["depth"].values)
+        control = Control("depth", solved(fast)[0]["depth"].values)
     if control.values[0] == 0:
         return [Nothing()], {"depth": 0.0, "force": 0.0, "radius": 0.0, "method": "bem", "valid": 1, "notes": ""}
     solution, wider = _solutions(contact.kernel, contact.indenter, control, own)

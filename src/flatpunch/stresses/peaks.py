@@ -104,7 +104,7 @@ def peak_stresses(
     bodies = unit_strengths(underlying(medium), residual_stress)
     for body in bodies:
         body.check_surface()
-    about = solved(contact)
+    _, about = solved(contact)
     if not about["radius"] > 0:
         raise ValueError("there is no contact, so there are no stresses. Give a larger depth, force or radius.")
     kind = RoundSearch if indenter.round else CellSearch
