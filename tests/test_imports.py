@@ -63,7 +63,6 @@ _INSIDE = {
         {"uniform_cells"},
         {"cells"},
         {"sources"},
-        {"contact_sources"},
         {"points", "energy"},
         {"failure"},
         {"peaks"},

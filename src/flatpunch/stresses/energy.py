@@ -41,8 +41,7 @@ from flatpunch.stresses.axisymmetric.ring_sources import RingSources
 from flatpunch.stresses.axisymmetric.round_load import wavenumbers
 from flatpunch.stresses.bodies import layer_at
 from flatpunch.stresses.cells import Cells
-from flatpunch.stresses.contact_sources import contact_of, contact_sources
-from flatpunch.stresses.sources import CellSource, Nothing, RoundSource, Source
+from flatpunch.stresses.sources import CellSource, Nothing, RoundSource, Source, contact_of, contact_sources
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -22,13 +22,13 @@ from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, underlying
-from flatpunch.stresses.contact_sources import contact_of, solved
 from flatpunch.stresses.failure.events import Event, Judged, largest_of_each
 from flatpunch.stresses.failure.on_cells import CellSearch
 from flatpunch.stresses.failure.round import RoundSearch
 from flatpunch.stresses.failure.strength import Strength
 from flatpunch.stresses.failure.tips import counted_by
 from flatpunch.stresses.points import AXES, checked_friction, of_case, residual_stresses
+from flatpunch.stresses.sources import contact_of, solved
 
 BULK = {"yield": "von_mises", "tensile": "tension", "shear": "shear"}
 INTERFACE = {"interface tension": "interface_tension", "interface shear": "interface_shear"}

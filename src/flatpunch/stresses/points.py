@@ -33,9 +33,8 @@ from flatpunch.contact.dataset import Column, dataset
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Stack, underlying
 from flatpunch.stresses.bodies import Located, Side, located
-from flatpunch.stresses.contact_sources import contact_of, contact_sources
 from flatpunch.stresses.loads import Load
-from flatpunch.stresses.sources import Source, prescribed_sources
+from flatpunch.stresses.sources import Source, contact_of, contact_sources, prescribed_sources
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -206,7 +206,7 @@ def critical_loads(
     rows = []
     for what in dict.fromkeys(event.what for event in search.maxima(search.limits()[1])):
         try:
-            found = found_by(_OneCriterion(search, what), medium, named)
+            found = found_by(replace(search, bodies=tuple(each.only(what) for each in search.bodies)), medium, named)
         except UnresolvedLayer as error:
             nan = float("nan")
             found = CriticalLoad(nan, nan, nan, *what[:2], (nan, nan, nan), {}, what[2], nan, (str(error),))
@@ -242,33 +242,6 @@ def critical_loads(
     }
     attributes = {"title": "Critical loads computed by flatpunch", "first": str(first), "friction": search.friction}
     return dataset(columns, coordinates, {**attributes, **of_case(medium, indenter)})
-
-
-@dataclass(frozen=True, slots=True)
-class _OneCriterion:
-    """A search for one kind in one layer."""
-
-    whole: RoundSearch | CellSearch
-    what: tuple[str, int, str]
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.whole, name)
-
-    def limits(self) -> tuple[float, float, float]:
-        """Sizes of a search for that kind alone."""
-        return replace(self.whole, bodies=tuple(each.only(self.what) for each in self.whole.bodies)).limits()
-
-    def singular(self, size: float) -> list[Event]:
-        """Infinite stresses of that kind."""
-        return [event for event in self.whole.singular(size) if event.what == self.what]
-
-    def events(self, size: float) -> list[Event]:
-        """Largest utilisation of that kind."""
-        return [event for event in self.whole.events(size, only=self.what[1]) if event.what == self.what]
-
-    def maxima(self, size: float) -> list[Event]:
-        """Local maxima of that kind."""
-        return [event for event in self.whole.maxima(size, only=self.what[1]) if event.what == self.what]
 
 
 def search_of(

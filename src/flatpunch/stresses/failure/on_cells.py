@@ -171,22 +171,19 @@ class CellSearch:
         """Infinite stresses at a size."""
         return infinite(self.bodies, self.indenter, size, self.friction)
 
-    def events(self, size: float, only: int | None = None) -> list[Event]:
-        """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
-        sharp = self.singular(size)
-        if sharp and only is None:
-            return sharp
-        return [*largest_of_each(self._found(size, only, Judged.largest)).values(), *sharp]
+    def events(self, size: float) -> list[Event]:
+        """Largest utilisation of every kind in every layer, on the grid; the infinite ones alone where there are any."""
+        return self.singular(size) or [*largest_of_each(self._found(size, Judged.largest)).values()]
 
-    def maxima(self, size: float, only: int | None = None) -> list[Event]:
+    def maxima(self, size: float) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
-        return self._found(size, only, Judged.maxima) + self.singular(size)
+        return self._found(size, Judged.maxima) + self.singular(size)
 
-    def _found(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
+    def _found(self, size: float, chosen: Callable[..., list[Event]]) -> list[Event]:
         cells = self._cells(size, _COARSE)
         found = []
         for each in self.bodies:
-            for i in each.watched if only is None else {only}.intersection(each.watched):
+            for i in each.watched:
                 inside = partial(self._with_rim, each, i, size, partial(chosen, each))
                 found += self._on_grids(each, i, cells, each.tops[i], each.depths(i, size), inside)
                 face = float(np.append(each.tops, 0.0)[i + 1])
