@@ -1,6 +1,6 @@
 """The surface compliance under uniform tractions, and its interpolation over |q|.
 
-Times |q| the four functions of `flatpunch.compliances.radial` are smooth in ln |q|. They
+Times |q| the four functions of `flatpunch.compliances.tangential` are smooth in ln |q|. They
 are sampled at nodes that are equally spaced there, twice as many until polynomials of eight nodes meet the new ones within the
 tolerance; a finer table of cubics, made from the last nodes, is then evaluated at all wavenumbers.
 """
@@ -109,7 +109,7 @@ class Table:
 
 def _smooth(body: Body, s: Array) -> Array:
     """Logarithms of k n, k a and k c, and d over the root of n and a, at s = ln k; shape (4, n)."""
-    from flatpunch.compliances.radial import radial_compliance
+    from flatpunch.compliances.tangential import radial_compliance
 
     k = np.exp(s)
     n, a, c, d = radial_compliance(body, k)

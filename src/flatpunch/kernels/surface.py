@@ -13,7 +13,7 @@ from flatpunch.kernels.radial import Table, at_zero
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
-    from flatpunch.compliances.radial import Radial
+    from flatpunch.compliances.tangential import Radial
     from flatpunch.media import Body
     from flatpunch.numerics.chebyshev import Numbers
 
@@ -235,7 +235,7 @@ def _matrices(
 
 def _functions(body: Body, q: Array, rtol: float) -> Callable[[Array], Radial]:
     """Callable: magnitudes of a part of the wave vectors -> Radial."""
-    from flatpunch.compliances.radial import Radial, radial_compliance
+    from flatpunch.compliances.tangential import Radial, radial_compliance
 
     if rtol > 0 and q.size > _DIRECT:
         present = q[q > 0]
