@@ -191,10 +191,10 @@ def _fill(
     points = np.concatenate([part.chosen for part in parts])
     first, node = (np.cumsum([0, *sizes]) for sizes in zip(*((w.shape) for _, w in rules), strict=True))
     panels: dict[float, list[tuple[Indices, Array, Array, float]]] = {}
-    for chosen, radii, weights, many in nodes_in_radius(r[points], load.radius, decay):
+    for chosen, radii, weights in nodes_in_radius(r[points], load.radius, decay):
         # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
         extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
-        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if many else 0.0
+        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius
         panels.setdefault(extent, []).append((chosen, radii, weights, gap))
     for extent, those in panels.items():
         # with another reach all nodes differ, so that a second one gives an estimate of the error
