@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatpunch.kernels.arguments import Tuples, at_zero_wave, body_of, wave_vectors
-from flatpunch.kernels.radial import Table, at_zero
+from flatpunch.kernels.radial import at_zero, table
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
@@ -241,10 +241,10 @@ def _functions(body: Body, q: Array, rtol: float) -> Callable[[Array], Radial]:
         present = q[q > 0]
         low, high = float(present.min()), float(present.max())
         if high > low:
-            table = Table(body, low, high, rtol)
+            spline = table(body, low, high, rtol)
 
             def tabulated(part: Array) -> Radial:
-                return Radial(*(table(np.log(part)) / part))
+                return Radial(*(spline(np.log(part)).T / part))
 
             return tabulated
 
