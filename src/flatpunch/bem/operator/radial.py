@@ -15,6 +15,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.interpolate import BSpline, make_interp_spline
 from scipy.special import erfc, j0
 
 from flatpunch._support.byte_cache import byte_cached
@@ -30,10 +31,6 @@ BLOCK = 256
 """Points of the grid of wavenumbers at which a medium is evaluated at a time; any size serves."""
 
 
-_NEIGHBOURS = 6
-"""Points of the table that a value is read from: step^6/64 of the sixth derivative in ln r is lost, below 1e-13."""
-
-
 @byte_cached
 def _rule(low: int) -> tuple[Array, Array]:
     """x = exp(i step) for i = low ... and the weights of int . J0(x) window dx; what lies below x_low counts as constant."""
@@ -47,21 +44,13 @@ def _rule(low: int) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, slots=True)
 class RadialTable:
-    """A function of r on a geometric grid, ln r = first + i step; shape (n,). Constant below the first radius.
+    """A function of r as a spline of ln r, of degree 9 on steps of `STEP`. Constant below the first radius."""
 
-    Values are read with local polynomials through neighbours.
-    """
-
-    first: float
-    values: Array
+    spline: BSpline
 
     def __call__(self, r: Array) -> Array:
         """Values at radii r [m], any shape."""
-        t = (np.log(np.maximum(r, np.exp(self.first))) - self.first) / STEP
-        i = np.clip(t.astype(np.intp) - (_NEIGHBOURS // 2 - 1), 0, self.values.size - _NEIGHBOURS)
-        middle = (_NEIGHBOURS - 1) / 2
-        t -= i + middle
-        return _evaluated(_through(self.values, np.arange(float(_NEIGHBOURS)) - middle), i, t)
+        return np.asarray(self.spline(np.log(np.maximum(r, np.exp(self.spline.t[0])))))
 
 
 def _through(values: Array, places: Array) -> Array:
@@ -124,7 +113,7 @@ def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0
     # window n starts at k = exp((low - last + n) step), so it belongs to j = last - n
     values = np.correlate(m, w, "valid")[::-1]
     r = np.exp(np.arange(first, last + 1) * STEP)
-    return RadialTable(first * STEP, values / r)
+    return RadialTable(make_interp_spline(np.log(r), values / r, k=9))
 
 
 def _remainder(kernel: Kernel, start: int, stop: int) -> Array:
