@@ -31,11 +31,12 @@ from flatpunch.compliances.stack import attenuation, interfaces
 from flatpunch.contact.curve import Control
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.exact import punch_stiffness
+from flatpunch.contact.round.carried import FARTHEST
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Stack, underlying
 from flatpunch.numerics.gauss import gauss
-from flatpunch.stresses.axisymmetric.contact_load import FARTHEST, contact_load
+from flatpunch.stresses.axisymmetric.contact_load import contact_load
 from flatpunch.stresses.axisymmetric.panels import REACH
 from flatpunch.stresses.axisymmetric.ring_sources import RingSources
 from flatpunch.stresses.axisymmetric.round_load import wavenumbers

@@ -198,7 +198,7 @@ def evaluate(
     sources: Sequence[Source], parts: Sequence[Located], points: Array, direction: float
 ) -> tuple[Array, Array, float]:
     """Stress (6, n), displacement (3, n) and the estimated error over the largest pressure, summed over all loads."""
-    stress, displacement = np.zeros((6, points.shape[1])), np.zeros((3, points.shape[1]))
+    stress, displacement = np.zeros((len(COMPONENTS), points.shape[1])), np.zeros((len(AXES), points.shape[1]))
     error = 0.0
     for part in parts:
         x, y = points[0, part.chosen], points[1, part.chosen]

@@ -23,6 +23,7 @@ from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body
 from flatpunch.stresses.axisymmetric.contact_load import contact_load
 from flatpunch.stresses.axisymmetric.panels import REACH, SECOND_REACH, RoundLoad, missing
+from flatpunch.stresses.axisymmetric.radial import COMPONENTS
 from flatpunch.stresses.axisymmetric.round_load import round_fields
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.stresses.bodies import Located
@@ -140,7 +141,8 @@ class Nothing:
 
     def fields(self, at: Located, x: Array, y: Array, direction: float) -> tuple[Array, Array, float]:
         """Zero."""
-        return np.zeros((6, x.size)), np.zeros((3, x.size)), 0.0
+        nothing = np.zeros((COMPONENTS, x.size))
+        return nothing[:6], nothing[6:], 0.0
 
 
 def prescribed_sources(loads: Sequence[Load], friction: float) -> list[Source]:

@@ -19,7 +19,7 @@ from scipy.interpolate import BSpline, make_interp_spline
 from scipy.special import erfc, j0
 
 from flatpunch._support.byte_cache import byte_cached
-from flatpunch._support.checks import ROUNDING, Array, Indices
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.compliances import Kernel
 from flatpunch.numerics.gauss import gauss
 
@@ -53,21 +53,6 @@ class RadialTable:
         return np.asarray(self.spline(np.log(np.maximum(r, np.exp(self.spline.t[0])))))
 
 
-def _through(values: Array, places: Array) -> Array:
-    """Coefficients (powers, n) of the polynomials through neighbours, which are at these places."""
-    through = np.linalg.inv(np.vander(places, increasing=True)).T
-    return (np.lib.stride_tricks.sliding_window_view(values, places.size) @ through).T
-
-
-def _evaluated(polynomials: Array, which: Indices, t: Array) -> Array:
-    *lower, highest = polynomials
-    result: Array = highest[which]
-    for coefficient in reversed(lower):
-        result *= t
-        result += coefficient[which]
-    return result
-
-
 @dataclass(frozen=True, slots=True)
 class CellTable:
     """An even function of r by cubics between equidistant radii, to be read at millions of cells.
@@ -82,14 +67,22 @@ class CellTable:
     def of(cls, radial: Callable[[Array], Array], step: float, r_high: float) -> CellTable:
         """Tabulate a function up to r_high."""
         values = radial(np.abs(np.arange(-1, int(r_high / step) + 4) * step))
-        return cls(step, np.ascontiguousarray(_through(values, np.arange(-1.0, 3.0))))
+        # powers of the cubics through four neighbours
+        through = np.linalg.inv(np.vander(np.arange(-1.0, 3.0), increasing=True)).T
+        neighbours = np.lib.stride_tricks.sliding_window_view(values, len(through))
+        return cls(step, np.ascontiguousarray((neighbours @ through).T))
 
     def __call__(self, r: Array) -> Array:
         """Values at radii r, any shape."""
         t = r / self.step
         i = t.astype(np.intp)
         t -= i
-        return _evaluated(self.cubics, i, t)
+        *lower, highest = self.cubics
+        result: Array = highest[i]
+        for coefficient in reversed(lower):
+            result *= t
+            result += coefficient[i]
+        return result
 
 
 def remainder_table(kernel: Kernel, r_low: float, r_high: float, cell: float = 0.0) -> RadialTable:

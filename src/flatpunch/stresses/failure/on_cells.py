@@ -225,7 +225,9 @@ class CellSearch:
         """Largest stresses over strength of each kind at the surface along the rim."""
         x, y = rim.outside.reshape(2, -1)
         at = Located(judged.body, np.arange(x.size), np.zeros(x.size), np.zeros(x.size, dtype=int), judged.upper)
-        outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0)[:6].reshape(6, -1, rim.weights.size)
+        outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0)[:6].reshape(
+            -1, rim.place.shape[1], rim.weights.size
+        )
         place = np.vstack([rim.place, np.zeros(rim.place.shape[1])])
         found = judged.largest(0, (outside @ rim.weights)[..., None, None], place[..., None, None])
         return [replace(each, rim=True) for each in found]
@@ -261,7 +263,7 @@ class CellSearch:
         stress = fields_of_cells(cells, at, x, y, 0.0, kept=kept)[:6]
         ends = np.cumsum([each[0].size for each in places])[:-1]
         parts = np.split(stress, ends, axis=1)
-        return [(part.reshape(6, *each.shape[1:]), each) for part, each in zip(parts, places, strict=True)]
+        return [(part.reshape(-1, *each.shape[1:]), each) for part, each in zip(parts, places, strict=True)]
 
     def _at_event(self, event: Event, size: float, count: int, place: Sequence[float]) -> Event:
         """The utilisation of an event's kind at a place, from `count` cells along a side."""
