@@ -33,7 +33,7 @@ from flatpunch.stresses.failure.on_cells import CellSearch
 from flatpunch.stresses.failure.round import RoundSearch
 from flatpunch.stresses.failure.strength import Strength, checked_strengths
 from flatpunch.stresses.failure.tips import pointed_table
-from flatpunch.stresses.points import AXES, checked_friction, of_case, residual_stresses
+from flatpunch.stresses.points import AXES, checked_friction, of_case
 
 __all__ = ["CriticalLoad", "Event", "critical_load", "critical_loads"]
 
@@ -334,9 +334,7 @@ def _uncertain(worst: Event, off: float, *, layered: bool) -> str:
 def _judged(medium: Body, strengths: Any, residual: Any) -> tuple[Judged, ...]:
     """Bodies with their checked strengths; of two bodies only those that have strengths."""
     if alone := medium.single:
-        found = checked_strengths(alone, strengths)
-        stresses = residual_stresses(alone, residual)
-        return (Judged(alone, found, np.zeros(len(found)) if stresses is None else stresses),)
+        return (Judged.of(alone, checked_strengths(alone, strengths), residual),)
     if not medium.pair:
         raise TypeError(
             f"medium = {type(medium).__name__} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies."
@@ -350,8 +348,7 @@ def _judged(medium: Body, strengths: Any, residual: Any) -> tuple[Judged, ...]:
             raise ValueError(
                 f"strengths of the {name} body belong to a rigid body, which has no stresses. Give None for it."
             )
-        (judged,) = _judged(body, own, stresses)
-        bodies.append(Judged(judged.body, judged.strengths, judged.residual, name))
+        bodies.append(Judged.of(body, checked_strengths(body, own), stresses, name))
     if not bodies:
         raise ValueError("strengths is None for both bodies, so nothing is checked. Give those of one of them.")
     return tuple(bodies)
