@@ -119,7 +119,7 @@ class RingSources:
             own = chebyshev.chebtrim(series)
             # Legendre's series needs more radians over half a panel than it has terms
             slow = k * half <= 2 * _TERMS
-            x, w = gauss(own.size + 2 * _TERMS)
+            x, w = gauss(_TERMS + int(np.ceil(min(2 * _TERMS, k.max(initial=0.0) * half))))
             weight, few = chebyshev.chebval(x, own) * w * half, np.flatnonzero(slow)
             for start in range(0, few.size, _CHUNK):
                 some = few[start : start + _CHUNK]
