@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline, PchipInterpolator
+from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.special import gamma
 
 from flatpunch._support.checks import Array
 from flatpunch.bem.operator.influence import power_exponent
-from flatpunch.bem.operator.radial import remainder_table
+from flatpunch.bem.operator.radial import STEP, remainder_table
 from flatpunch.compliances import Kernel
 from flatpunch.contact.indentation import indent
 from flatpunch.indenters.profile import Indenter
@@ -167,7 +167,8 @@ def _table(kernel: Kernel, nearest: float, farthest: float) -> CubicSpline:
         return CubicSpline(t, scale * np.outer(r**-exponent, factors))
     columns = np.outer(np.ones(r.size), [1.0, 1.0, 9.0, 225.0, -1.0])
     if not kernel.homogeneous:
-        spline = remainder_table(kernel, nearest / 2, 2 * farthest).spline
+        table = remainder_table(kernel, nearest / 2, 2 * farthest)
+        spline = make_interp_spline(table.first + np.arange(table.values.size) * STEP, table.values, k=9)
         d = [spline(t, order) for order in range(7)]
         laps = d[2], d[4] - 4 * d[3] + 4 * d[2], d[6] - 12 * d[5] + 52 * d[4] - 96 * d[3] + 64 * d[2]
         columns += r[:, None] * np.column_stack([d[0], *laps, d[1]])
