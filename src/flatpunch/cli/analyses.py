@@ -171,7 +171,7 @@ def rough(
 
 def _check_maps(case: RoughCase, output: Path) -> None:
     """Refuse maps of asperities, and files without their library, before anything is solved."""
-    from flatpunch.files.vtk import check_library
+    from flatpunch.files.exports import check_library
 
     if case.surface is None:
         raise ValueError(f"--output {output}: asperities have no maps; the ending must be {listed(RESULTS)}.")
