@@ -13,7 +13,7 @@ import flatpunch as fp
 from flatpunch.app.form import address_of, case_data, case_text, fields_of, form_of
 from flatpunch.app.jobs.coating import QUANTITIES, coating
 from flatpunch.app.jobs.formulas import correct_modulus
-from flatpunch.app.jobs.slip import slip
+from flatpunch.app.jobs.press import slip
 from flatpunch.app.page import start
 from flatpunch.app.tabs import TABS
 from flatpunch.cli.app import app

@@ -10,7 +10,7 @@ import pytest
 
 from flatpunch import media
 from flatpunch.bem.grid import Grid
-from flatpunch.bem.operator import transforms
+from flatpunch.bem.operator import convolution as transforms
 from flatpunch.bem.operator.convolution import build_operator
 from flatpunch.compliances import compliance
 

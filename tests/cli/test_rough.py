@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
-from flatpunch.files import vtk
+from flatpunch.files import exports as vtk
 from flatpunch.files.rough import read_rough_case
 from support.commands import run
 

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from scipy.special import j0, j1
 
 import flatpunch as fp
-from flatpunch.compliances.radial import radial_compliance
+from flatpunch.compliances.tangential import radial_compliance
 from flatpunch.reference.partial_slip import power_law_tip
 
 H, MU = 1e-6, 0.4

@@ -7,7 +7,7 @@ from typer.testing import CliRunner
 import flatpunch as fp
 from flatpunch.cli.app import app
 from flatpunch.files import CaseError, describe, load, read_case, shipped_cases
-from flatpunch.files.slip import slipping
+from flatpunch.files.analyses import slipping
 from flatpunch.literature import cite
 
 BODY = """

@@ -10,7 +10,7 @@ from flatpunch.stresses.axisymmetric.radial import NORMAL_ORDERS, under_pressure
 from flatpunch.stresses.axisymmetric.round_load import layered_part
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.stresses.bodies import located
-from flatpunch.stresses.rectangle import corner
+from flatpunch.stresses.one_cell import corner
 
 BODY = fp.HalfSpace(1e9, 0.3)
 FILM = fp.Medium([fp.Layer(5e9, 0.3, 1e-6)], fp.HalfSpace(1e9, 0.3))

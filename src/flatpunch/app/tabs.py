@@ -101,7 +101,7 @@ print(found)
             "coating:coating_file",
             """\
 import flatpunch as fp
-from flatpunch.files.stresses import stresses
+from flatpunch.files.analyses import stresses
 
 found = stresses(fp.read_case("{stem}.toml"))
 fp.save(found.fields, "{stem}.nc")
@@ -120,11 +120,11 @@ print(study["critical_force"].isel(step=0))
         ),
         Tab(
             "slip",
-            "slip:slip",
+            "press:slip",
             "press:press_file",
             """\
 import flatpunch as fp
-from flatpunch.files.slip import slipping
+from flatpunch.files.analyses import slipping
 
 found = slipping(fp.read_case("{stem}.toml"))
 fp.save(found, "{stem}.nc")

@@ -22,7 +22,7 @@ from flatpunch._support.threads import allowed_threads
 from flatpunch.app.limits import LIMITS
 from flatpunch.parallel.worker import PAUSE, Worker, how_it_ended, report
 
-_JOBS = ("coating", "fit", "formulas", "slip")
+_JOBS = ("coating", "fit", "formulas")
 """Modules that workers load before their first job, besides `press`, which warms up the rest."""
 
 

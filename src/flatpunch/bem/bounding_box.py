@@ -118,9 +118,9 @@ def bounding_box(grid: Grid, contact: Mask) -> Extent:
     )
 
 
-def touches_edge(contact: Mask, rings: int = 1) -> bool:
-    """Whether a cell of the outermost rings is in contact."""
-    return bool(np.count_nonzero(contact) > np.count_nonzero(contact[rings:-rings, rings:-rings]))
+def touches_edge(contact: Mask) -> bool:
+    """Whether a cell of the outermost ring is in contact."""
+    return bool(np.count_nonzero(contact) > np.count_nonzero(contact[1:-1, 1:-1]))
 
 
 def find_extent(

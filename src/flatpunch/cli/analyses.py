@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from flatpunch.contact import Method
     from flatpunch.designs import Design
     from flatpunch.files import Case
+    from flatpunch.files.analyses import Stresses
     from flatpunch.files.rough import RoughCase
-    from flatpunch.files.stresses import Stresses
 
 
 @command("stress")
@@ -56,8 +56,8 @@ def stress(
     the section y = 0 is shown.
     """
     from flatpunch.files import read_case, save
+    from flatpunch.files.analyses import stress_csv, stresses
     from flatpunch.files.results import write
-    from flatpunch.files.stresses import stress_csv, stresses
 
     read = read_case(case)
     with progress(read.title or "Stress", 1) as step:
@@ -73,7 +73,7 @@ def stress(
 
 
 def _print_stress(case: Case, found: Stresses) -> None:
-    from flatpunch.files.stresses import STRESS_COLUMNS, first_failure_lines, load_lines, stress_rows
+    from flatpunch.files.analyses import STRESS_COLUMNS, first_failure_lines, load_lines, stress_rows
     from flatpunch.files.units import text
 
     attrs = found.fields.attrs
@@ -101,8 +101,8 @@ def slip(case: CaseFile, output: ResultOption = None, plot: PlotOption = None, s
     the normal force is that of the last step. The picture shows the first loading and the cycle of the largest displacement.
     """
     from flatpunch.files import read_case, save
+    from flatpunch.files.analyses import slipping
     from flatpunch.files.descriptions import curve_table
-    from flatpunch.files.slip import slipping
 
     read = read_case(case)
     with progress(read.title or "Slip", 1) as step:
@@ -171,7 +171,7 @@ def rough(
 
 def _check_maps(case: RoughCase, output: Path) -> None:
     """Refuse maps of asperities, and files without their library, before anything is solved."""
-    from flatpunch.files.vtk import check_library
+    from flatpunch.files.exports import check_library
 
     if case.surface is None:
         raise ValueError(f"--output {output}: asperities have no maps; the ending must be {listed(RESULTS)}.")

@@ -23,8 +23,8 @@ import numpy as np
 import scipy
 
 from flatpunch._support.checks import ROUNDING, Array, Flags, Indices
-from flatpunch.compliances.faces import passed_across, stiffened, yielding, yielding_across
 from flatpunch.compliances.layered import SATURATION, depth_functions, states_below
+from flatpunch.compliances.response import passed_across, stiffened, yielding, yielding_across
 from flatpunch.compliances.stack import Decay, attenuation, interfaces, plane_at
 from flatpunch.compliances.transverse import Sheet, Solid, divided, flexibility_of, inverse, system_of
 from flatpunch.media import AnyLayer, Interface, Membrane, Stack

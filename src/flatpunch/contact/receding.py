@@ -49,9 +49,6 @@ _FARTHEST = 2 * SATURATION
 _FIRST = 0.1
 """Distance beyond the contact under the tip, over the thickness, at which the search for that with the base begins."""
 
-_NEAR = 0.02
-"""Share by which the distance may differ from that on the line through the last two contacts; else the search begins anew."""
-
 _PER_DECADE = 10
 """Contacts that are solved per decade of depth, cubics between leave 1e-6 of the force. Twice as many take twice the time."""
 
@@ -110,8 +107,8 @@ class _Plate:
         diagonal = [_half_space(a, n1), _half_space(b, n2) * (1 + self.softness)]
         return np.asarray(matrix + np.diag(np.concatenate(diagonal)))
 
-    def contact(self, a: float, gap: Moments | None, near: float | None) -> tuple[float, float, float]:
-        """Radius b on the base, depth and force over E* h of a contact of radius a; `near` is an estimate of b - a."""
+    def contact(self, a: float, gap: Moments | None) -> tuple[float, float, float]:
+        """Radius b on the base, depth and force over E* h of a contact of radius a."""
 
         @cache
         def at(b: float) -> tuple[float, float, float]:
@@ -121,10 +118,8 @@ class _Plate:
             return at(b)[2]
 
         # distances beyond a, over which the edge strength varies: by the thickness, or far away by themselves
-        low, high = (a, a + _FIRST) if near is None else (a + (1 - _NEAR) * near, a + (1 + _NEAR) * near)
-        if near is not None and not edge(low) > 0 > edge(high):
-            low, high = a, a + _FIRST
-        if near is None and edge(low) <= 0:
+        low, high = a, a + _FIRST
+        if edge(low) <= 0:
             # pressures that fall off steeply from the axis leave the base within the contact
             low, high = 0.2 * (1 + a), a
         # to the smallest root; those beyond are contacts with tension
@@ -143,8 +138,8 @@ def solve(medium: LooseBody, indenter: Indenter, control: Control, phi: Array) -
     plate, finer = _Plate(softness), _Plate(softness, _MORE)
     depths = depths_held_down(medium, indenter, control)
     if indenter.flat:
-        b, _, stiffness = plate.contact(indenter.reach / h, None, None)
-        error = abs(stiffness / finer.contact(indenter.reach / h, None, None)[2] - 1)
+        b, _, stiffness = plate.contact(indenter.reach / h, None)
+        error = abs(stiffness / finer.contact(indenter.reach / h, None)[2] - 1)
         k = stiffness * modulus * h
         depth = control.values if control.name == "depth" else control.values / k
         ones = np.ones_like(depth)
@@ -207,14 +202,7 @@ def _contacts(plate: _Plate, medium: LooseBody, indenter: Indenter, x: Array) ->
     """Radius on the base, depth, force and radius, a row each, of contacts as wide as on a layer held down at depths exp(x)."""
     h, modulus, profile = medium.thickness, medium.surface_modulus, mean_profile(indenter)
     radii = _held_down(medium, indenter, Control("depth", np.exp(x))).radius
-    solved: list[tuple[float, float, float]] = []
-    beyond: list[float] = []
-    for a in radii / h:
-        gap = profile.moments(np.array([a * h]), plate.terms(a))
-        # on the line through the last two
-        near = 2 * beyond[-1] - beyond[-2] if len(beyond) > 1 else None
-        solved.append(plate.contact(float(a), gap, near))
-        beyond.append(solved[-1][0] - float(a))
+    solved = [plate.contact(float(a), profile.moments(np.array([a * h]), plate.terms(a))) for a in radii / h]
     return np.vstack([np.transpose(solved) * np.array([[h], [1.0], [modulus * h]]), radii])
 
 

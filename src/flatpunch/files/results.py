@@ -24,8 +24,7 @@ from flatpunch._support.endings import RESULTS, listed
 from flatpunch._support.paths import Plain
 from flatpunch._support.reading import RESULT, Unreadable, as_path, content, shown_path
 from flatpunch._support.whole_file import BrokenSeal, NotWritten, sealed, unsealed, write_whole
-from flatpunch.files.maps import arrays, gap_text
-from flatpunch.files.vtk import vtk_bytes
+from flatpunch.files.exports import arrays, gap_text, vtk_bytes
 
 _STAMP = "flatpunch_version"
 _STRUCTURE = "# structure: "

@@ -1,8 +1,7 @@
 """The surface compliance under uniform tractions, and its interpolation over |q|.
 
-Times |q| the four functions of `flatpunch.compliances.radial` are smooth in ln |q|. They
-are sampled at nodes that are equally spaced there, twice as many until polynomials of eight nodes meet the new ones within the
-tolerance; a finer table of cubics, made from the last nodes, is then evaluated at all wavenumbers.
+Times |q| the four functions of `flatpunch.compliances.tangential` are smooth in ln |q|. They are sampled at nodes that are
+equally spaced there, twice as many until the spline through them meets the new ones within the tolerance.
 """
 
 from __future__ import annotations
@@ -13,17 +12,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from scipy.interpolate import BSpline
+
     from flatpunch._support.checks import Array
     from flatpunch.media import AnyLayer, Body
 
-_POINTS = 8
-"""Nodes of a polynomial."""
+_DEGREE = 7
+"""Degree of splines over ln |q|."""
 
 _SPACING = 0.25
 """Distance of the first nodes in ln |q|; features of C(k) are as wide as one or more."""
 
-_FINE = 8
-"""Intervals of the table of cubics in one of the last nodes', whose own error is far below the tolerance."""
+_MOST = 10_000
+"""Nodes beyond which they are not doubled again."""
 
 
 def at_zero(body: Body) -> tuple[float, float]:
@@ -53,92 +54,42 @@ def _of_layer(layer: AnyLayer) -> Array:
     return found
 
 
-class Table:
-    """Cubics in ln |q| for |q| times the four functions.
+def table(body: Body, low: float, high: float, rtol: float) -> BSpline:
+    """Spline over ln |q| of |q| times the four functions, shape (n, 4), in a range of |q| [1/m].
 
-    Parameters
-    ----------
-    body : object
-        The medium.
-    low, high : float
-        Range of |q| [1/m].
-    rtol : float
-        Largest error, relative to each diagonal entry, and of d to the root of a and n.
+    `rtol` is its largest error, relative to each diagonal entry, and of d to the root of a and n.
     """
+    from scipy.interpolate import make_interp_spline
 
-    def __init__(self, body: Body, low: float, high: float, rtol: float) -> None:
-        start, end = np.log(low), np.log(high)
-        count = max(_POINTS, int(np.ceil((end - start) / _SPACING)) + 1)
-        s = np.linspace(start, end, count)
-        values = _smooth(body, s)
-        while True:
-            middle = (s[1:] + s[:-1]) / 2
-            new = _smooth(body, middle)
-            error = float(np.abs(_interpolated(s, values, middle) - new).max())
-            s, values = _merged(s, middle), _merged(values, new)
-            if error <= rtol:
-                break
-            if s.size > 2**14:
-                raise ValueError(
-                    f"the compliance of this medium cannot be interpolated over |q| to rtol = {rtol:g} (it is at {error:.1e}). "
-                    "Ask for a larger rtol, or rtol=0, which takes no table."
-                )
-        self.error, self._start = error, start
-        # two more intervals on either side for the cubics, which need a node beyond
-        count = _FINE * (s.size - 1)
-        self._step = (end - start) / count
-        nodes = start + self._step * np.arange(-1, count + 3)
-        fine = _smooth_inverse(_interpolated(s, values, nodes))
-        p, q, r, t = (fine[:, i : i + count + 1] for i in range(4))
-        # the cubic through four neighbours, in powers of the distance from the second one
-        self._cubics = np.stack([q, r - t / 6 - p / 3 - q / 2, (p + r) / 2 - q, (t - p) / 6 + (q - r) / 2], axis=1)
-
-    def __call__(self, log_k: Array) -> Array:
-        """|q| times the four functions, shape (4, n)."""
-        x = (log_k - self._start) / self._step
-        i = np.clip(x.astype(np.intp), 0, self._cubics.shape[2] - 1)
-        x -= i
-        found = np.empty((4, x.size))
-        for out, cubic in zip(found, self._cubics, strict=True):
-            np.take(cubic[3], i, out=out)
-            for power in (2, 1, 0):
-                out *= x
-                out += cubic[power].take(i)
-        return found
+    start, end = np.log(low), np.log(high)
+    s = np.linspace(start, end, max(_DEGREE + 1, int(np.ceil((end - start) / _SPACING)) + 1))
+    values = _smooth(body, s)
+    while True:
+        middle = (s[1:] + s[:-1]) / 2
+        new = _smooth(body, middle)
+        error = float(np.abs(make_interp_spline(s, values, k=_DEGREE)(middle) - new).max())
+        s, values = _merged(s, middle), _merged(values, new)
+        if error <= rtol:
+            n, a, c = np.exp(values[:, :3].T)
+            functions = np.column_stack([n, a, c, values[:, 3] * np.sqrt(n * a)])
+            return make_interp_spline(s, functions, k=_DEGREE)
+        if s.size > _MOST:
+            raise ValueError(
+                f"the compliance of this medium cannot be interpolated over |q| to rtol = {rtol:g} (it is at {error:.1e}). "
+                "Ask for a larger rtol, or rtol=0, which takes no table."
+            )
 
 
 def _smooth(body: Body, s: Array) -> Array:
-    """Logarithms of k n, k a and k c, and d over the root of n and a, at s = ln k; shape (4, n)."""
-    from flatpunch.compliances.radial import radial_compliance
+    """Logarithms of k n, k a and k c, and d over the root of n and a, at s = ln k; shape (n, 4)."""
+    from flatpunch.compliances.tangential import radial_compliance
 
     k = np.exp(s)
     n, a, c, d = radial_compliance(body, k)
-    return np.stack([np.log(k * n), np.log(k * a), np.log(k * c), d / np.sqrt(n * a)])
-
-
-def _smooth_inverse(values: Array) -> Array:
-    """k times the four functions."""
-    n, a, c = np.exp(values[:3])
-    return np.stack([n, a, c, values[3] * np.sqrt(n * a)])
+    return np.column_stack([np.log(k * n), np.log(k * a), np.log(k * c), d / np.sqrt(n * a)])
 
 
 def _merged(one: Array, other: Array) -> Array:
-    found = np.empty((*one.shape[:-1], one.shape[-1] + other.shape[-1]))
-    found[..., ::2], found[..., 1::2] = one, other
-    return found
-
-
-def _interpolated(s: Array, values: Array, wanted: Array) -> Array:
-    """Polynomials of the eight nearest equally spaced nodes, shape (functions, n)."""
-    step = (s[-1] - s[0]) / (s.size - 1)
-    x = (wanted - s[0]) / step
-    first = np.clip(np.floor(x).astype(int) - _POINTS // 2 + 1, 0, s.size - _POINTS)
-    t = x - first
-    found = np.zeros((values.shape[0], wanted.size))
-    for j in range(_POINTS):
-        weight = np.ones_like(t)
-        for m in range(_POINTS):
-            if m != j:
-                weight *= (t - m) / (j - m)
-        found += values[:, first + j] * weight
+    found = np.empty((one.shape[0] + other.shape[0], *one.shape[1:]))
+    found[::2], found[1::2] = one, other
     return found

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from flatpunch.kernels.arguments import Tuples, at_zero_wave, body_of, wave_vectors
-from flatpunch.kernels.radial import Table, at_zero
+from flatpunch.kernels.radial import at_zero, table
 
 if TYPE_CHECKING:
     from flatpunch._support.checks import Array
-    from flatpunch.compliances.radial import Radial
+    from flatpunch.compliances.tangential import Radial
     from flatpunch.media import Body
     from flatpunch.numerics.chebyshev import Numbers
 
@@ -235,16 +235,16 @@ def _matrices(
 
 def _functions(body: Body, q: Array, rtol: float) -> Callable[[Array], Radial]:
     """Callable: magnitudes of a part of the wave vectors -> Radial."""
-    from flatpunch.compliances.radial import Radial, radial_compliance
+    from flatpunch.compliances.tangential import Radial, radial_compliance
 
     if rtol > 0 and q.size > _DIRECT:
         present = q[q > 0]
         low, high = float(present.min()), float(present.max())
         if high > low:
-            table = Table(body, low, high, rtol)
+            spline = table(body, low, high, rtol)
 
             def tabulated(part: Array) -> Radial:
-                return Radial(*(table(np.log(part)) / part))
+                return Radial(*(spline(np.log(part)).T / part))
 
             return tabulated
 

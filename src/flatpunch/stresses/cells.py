@@ -1,7 +1,7 @@
 """Fields under a pressure on square cells: any contact solved by boundary elements, measured footprints.
 
 On planes of constant depth the fields are convolutions of the cells with the fields of one of them (FFT on a doubled grid, so no
-periodic images): its half-space part in closed form (`rectangle`; of a disc of the same area where the surface is transversely
+periodic images): its half-space part in closed form (`one_cell`; of a disc of the same area where the surface is transversely
 isotropic), what layers add from such a disc, since that part is smooth. Fields at a distance s, in depth or sideways, are smooth
 over lengths like s; so points are sorted by octaves of s, cells are joined until they are as wide as s/12, and where there are
 many depths, planes are taken at Chebyshev nodes. More than twelve widths away, nine discs with the moments of the load
@@ -20,7 +20,7 @@ import scipy
 from flatpunch._support.checks import ROUNDING, Array, Indices
 from flatpunch.compliances.stack import interfaces
 from flatpunch.stresses.axisymmetric.panels import at_nodes, nodes_or_points
-from flatpunch.stresses.axisymmetric.radial import SurfacePart, surface_part
+from flatpunch.stresses.axisymmetric.radial import COMPONENTS, SurfacePart, surface_part
 from flatpunch.stresses.axisymmetric.round_load import round_fields
 from flatpunch.stresses.axisymmetric.uniform_disc import UniformDisc
 from flatpunch.stresses.bodies import Located
@@ -181,8 +181,8 @@ def cell_fields(
     place = x[tried] + moved[:, 0], y[tried] + moved[:, 1]
     fine = found[:6, some]
     if shallow.size:
-        fine = fields_of_cells(cells, part, *place, direction, count=6)
-    coarse = fields_of_cells(wide, part, *place, direction, _COARSE, 6)
+        fine = fields_of_cells(cells, part, *place, direction)[:6]
+    coarse = fields_of_cells(wide, part, *place, direction, _COARSE)[:6]
     error = 2 * float(np.abs(coarse - fine).max()) / largest if largest > 0 else 0.0
     return found[:6], found[6:], error
 
@@ -199,11 +199,10 @@ def fields_of_cells(
     y: Array,
     direction: float,
     rule: Rule = _FINE,
-    count: int = 9,
     kept: KeptPlanes | None = None,
 ) -> Array:
-    """The first `count` of the nine components at the points, shape (count, n)."""
-    result = np.empty((count, x.size))
+    """The nine components at the points, shape (9, n)."""
+    result = np.empty((COMPONENTS, x.size))
     half_x, half_y = (n * cells.spacing / 2 for n in cells.pressure.shape[::-1])
     beside = np.maximum(np.abs(x - cells.center[0]) - half_x, np.abs(y - cells.center[1]) - half_y)
     distance = np.maximum(at.depth, beside)
@@ -213,7 +212,7 @@ def fields_of_cells(
     far = np.flatnonzero(octave >= one)
     if far.size:
         part = Located(at.body, far, at.depth[far], at.layer[far], at.upper)
-        result[:, far] = _as_nine_discs(cells, part, x[far], y[far], direction)[:count]
+        result[:, far] = _as_nine_discs(cells, part, x[far], y[far], direction)
     wide, times = cells, 0
     for m in np.unique(octave[octave < one]).tolist():
         while times < m - 1:
@@ -222,12 +221,10 @@ def fields_of_cells(
             here = np.flatnonzero((octave == m) & (at.layer == layer))
             part = Located(at.body, here, at.depth[here], np.full(here.size, layer), at.upper)
             if m == 0 and cells.uniform and _squares_at(at):
-                result[:, here] = _close(cells, part, x[here], y[here], direction, rule)[:count]
+                result[:, here] = _close(cells, part, x[here], y[here], direction, rule)
             else:
                 first = (rule.cells if m > 0 else 0.5) * wide.spacing
-                result[:, here] = _in_slabs(
-                    wide, part, first, x[here], y[here], direction, rule, count=count, kept=kept
-                )
+                result[:, here] = _in_slabs(wide, part, first, x[here], y[here], direction, rule, kept=kept)
     return result
 
 
@@ -238,7 +235,7 @@ def _squares_at(at: Located) -> bool:
 
 def _close(cells: Cells, at: Located, x: Array, y: Array, direction: float, rule: Rule) -> Array:
     """Components at points of one layer close to uniform squares: in the half-space of the surface, and what layers add."""
-    result = np.zeros((9, x.size))
+    result = np.zeros((COMPONENTS, x.size))
     if at.layer[0] == 0:
         part = surface_part(at.body)
         assert isinstance(part, SurfacePart)
@@ -264,12 +261,11 @@ def _in_slabs(
     direction: float,
     rule: Rule,
     *,
-    count: int = 9,
     kept: KeptPlanes | None = None,
     layered: bool = False,
 ) -> Array:
     """Components at points of one layer from planes at Chebyshev nodes of octaves of depth, the first one down to `first`."""
-    result = np.zeros((count, x.size))
+    result = np.zeros((COMPONENTS, x.size))
     layer = int(at.layer[0])
     place = np.stack([y - cells.y[0], x - cells.x[0]]) / cells.spacing
     for points, low, high in _slabs(at, layer, at.depth, cells.spacing, first):
@@ -277,7 +273,7 @@ def _in_slabs(
         box = np.stack([np.floor(here.min(axis=1)) - _RIM, np.ceil(here.max(axis=1)) + _RIM]).astype(int)
         rule_in_depth = nodes_or_points if kept is None else at_nodes
         depths, weights = rule_in_depth(at.depth[points], low, high, rule.down)
-        make = partial(_on_planes, cells, at, depths, layer, direction, count, layered)
+        make = partial(_on_planes, cells, at, depths, layer, direction, layered)
         box, planes = (box, make(box)) if kept is None else kept.of((cells.spacing, layer, low, high), box, make)
         own, which = np.unique(here[0] + 1j * here[1], return_inverse=True)
         where = np.stack([own.real, own.imag]) - box[0][:, None]
@@ -311,7 +307,7 @@ def _as_nine_discs(cells: Cells, at: Located, x: Array, y: Array, direction: flo
         at.body, np.tile(at.chosen, dx.size), np.tile(at.depth, dx.size), np.tile(at.layer, dx.size), at.upper
     )
     place = (x - dx[:, None]).ravel(), (y - dy[:, None]).ravel()
-    result = np.zeros((9, x.size))
+    result = np.zeros((COMPONENTS, x.size))
     disc = UniformDisc(width / np.sqrt(np.pi))
     for load, along_x, sign in cells.acting(direction, at.upper):
         pressure, traction = (1.0, 0.0) if along_x is None else (0.0, sign)
@@ -343,9 +339,9 @@ def _slabs(at: Located, layer: int, z: Array, spacing: float, first: float) -> I
 
 
 def _on_planes(
-    cells: Cells, at: Located, depths: Array, layer: int, direction: float, count: int, layered: bool, box: Indices
+    cells: Cells, at: Located, depths: Array, layer: int, direction: float, layered: bool, box: Indices
 ) -> Iterator[Array]:
-    """Splines of the components on the planes of several depths, shape (count, ny, nx); `layered`: only what layers add.
+    """Splines of the components on the planes of several depths, shape (9, ny, nx); `layered`: only what layers add.
 
     `box` holds the first and the last row and column of their lattice, which continues that of the cells.
     """
@@ -357,9 +353,9 @@ def _on_planes(
     acting = cells.acting(direction, at.upper)
     each_load = [kernels(at, depths, layer, across, along, cells.spacing, along_x, layered) for _, along_x, _ in acting]
     for _ in depths:
-        planes = np.zeros((count, rows, columns))
+        planes = np.zeros((COMPONENTS, rows, columns))
         for (load, _, sign), kernel in zip(acting, each_load, strict=True):
-            planes += sign * convolved(load, next(kernel)[:count], (rows, columns))
+            planes += sign * convolved(load, next(kernel), (rows, columns))
         for axis in (1, 2):
             planes = scipy.ndimage.spline_filter1d(planes, order=5, axis=axis, mode="mirror")
         yield planes

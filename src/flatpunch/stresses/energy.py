@@ -13,8 +13,9 @@ surface in closed form, (pi^2/E*) int g^2 dt, and a rest that decays like exp(-2
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,18 +32,18 @@ from flatpunch.compliances.stack import attenuation, interfaces
 from flatpunch.contact.curve import Control
 from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.exact import punch_stiffness
+from flatpunch.contact.round.carried import FARTHEST
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, Stack, underlying
 from flatpunch.numerics.gauss import gauss
-from flatpunch.stresses.axisymmetric.contact_load import FARTHEST, contact_load
+from flatpunch.stresses.axisymmetric.contact_load import contact_load
 from flatpunch.stresses.axisymmetric.panels import REACH
 from flatpunch.stresses.axisymmetric.ring_sources import RingSources
 from flatpunch.stresses.axisymmetric.round_load import wavenumbers
 from flatpunch.stresses.bodies import layer_at
 from flatpunch.stresses.cells import Cells
-from flatpunch.stresses.contact_sources import contact_of, contact_sources
-from flatpunch.stresses.sources import CellSource, Nothing, RoundSource, Source
+from flatpunch.stresses.sources import CellSource, Nothing, RoundSource, Source, contact_of, contact_sources
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -148,61 +149,43 @@ def energy_by_depth(
     return dataset(columns, coordinates, attributes)
 
 
-class _Transformed(Protocol):
-    """A load by its size and the mean square of its transform over the directions of a wave."""
-
-    @property
-    def radius(self) -> float: ...
-
-    @property
-    def shallowest(self) -> float: ...
-
-    def square(self, k: Array) -> Array: ...
-
-
 @dataclass(frozen=True, slots=True)
-class _Round:
-    load: RingSources
+class _Load:
+    """A load by its radius and the smallest depth that is resolved below it [m], and `square`, which gives the mean of |P|^2.
 
-    @property
-    def radius(self) -> float:
-        return self.load.radius
+    The mean is over the directions of a wave, shape of the wavenumbers.
+    """
 
-    @property
-    def shallowest(self) -> float:
-        # depth over the contact radius above which the energy cannot be asked for: the integral would need too many wavenumbers
-        return 1e-3 * self.load.radius
-
-    def square(self, k: Array) -> Array:
-        _check_cost(k, len(self.load.series), _LARGEST_ROUND, self.radius)
-        return self.load.transform(k) ** 2
+    radius: float
+    shallowest: float
+    square: Callable[[Array], Array]
 
 
-@dataclass(frozen=True, slots=True)
-class _OnCells:
-    cells: Cells
+def _round(load: RingSources) -> _Load:
+    def square(k: Array) -> Array:
+        _check_cost(k, len(load.series), _LARGEST_ROUND, load.radius)
+        return load.transform(k) ** 2
 
-    @property
-    def radius(self) -> float:
-        return float(np.hypot(*self.cells.pressure.shape)) * self.cells.spacing / 2
+    # depth over the contact radius above which the energy cannot be asked for: the integral would need too many wavenumbers
+    return _Load(load.radius, 1e-3 * load.radius, square)
 
-    @property
-    def shallowest(self) -> float:
-        return self.cells.spacing
 
-    def square(self, k: Array) -> Array:
-        """Mean of |P|^2 over directions, P = (1/2 pi) sum p h^2 sinc sinc exp(-i k.x)."""
-        _check_cost(k, self.cells.pressure.size, _LARGEST_ON_CELLS, self.radius)
-        h, total = self.cells.spacing, np.zeros_like(k)
+def _on_cells(cells: Cells) -> _Load:
+    h, radius = cells.spacing, float(np.hypot(*cells.pressure.shape)) * cells.spacing / 2
+
+    def square(k: Array) -> Array:
+        """From P = (1/2 pi) sum p h^2 sinc sinc exp(-i k.x)."""
+        _check_cost(k, cells.pressure.size, _LARGEST_ON_CELLS, radius)
+        total = np.zeros_like(k)
         for angle in np.pi * (np.arange(_DIRECTIONS) + 0.5) / _DIRECTIONS:
             along = [k * factor for factor in (np.cos(angle), np.sin(angle))]
-            waves = [
-                np.exp(-1j * np.outer(q, each)) for q, each in zip(along, (self.cells.x, self.cells.y), strict=True)
-            ]
-            found = np.einsum("ky,ky->k", waves[1], waves[0] @ self.cells.pressure.T)
+            waves = [np.exp(-1j * np.outer(q, each)) for q, each in zip(along, (cells.x, cells.y), strict=True)]
+            found = np.einsum("ky,ky->k", waves[1], waves[0] @ cells.pressure.T)
             shape = np.sinc(along[0] * h / (2 * np.pi)) * np.sinc(along[1] * h / (2 * np.pi))
             total += np.abs(found * shape * h * h / (2 * np.pi)) ** 2
         return total / _DIRECTIONS
+
+    return _Load(radius, h, square)
 
 
 def _check_cost(k: Array, parts: int, most: float, radius: float) -> None:
@@ -215,21 +198,22 @@ def _check_cost(k: Array, parts: int, most: float, radius: float) -> None:
         )
 
 
-def _load(kernel: Kernel, indenter: Indenter, source: Source, depth: float) -> tuple[_Transformed, float]:
+def _load(kernel: Kernel, indenter: Indenter, source: Source, depth: float) -> tuple[_Load, float]:
     """The load, and the energy of the whole body [J]."""
     if isinstance(source, RoundSource):
         assert isinstance(source.load, RingSources)
-        load = _Round(source.load)
-        return load, _of_edge(kernel, indenter, load.radius, depth) if kernel.exponent else _total(kernel, load)
+        load = source.load
+        total = _of_edge(kernel, indenter, load.radius, depth) if kernel.exponent else _total(kernel, load)
+        return _round(load), total
     assert isinstance(source, CellSource)
     cells = source.cells.cropped
     x, y = np.meshgrid(cells.x, cells.y)
     loaded = cells.pressure != 0
     follows = depth - indenter.height(np.hypot(x, y)[loaded], np.arctan2(y, x)[loaded])
-    return _OnCells(cells), float((cells.pressure[loaded] * follows).sum() * cells.spacing**2 / 2)
+    return _on_cells(cells), float((cells.pressure[loaded] * follows).sum() * cells.spacing**2 / 2)
 
 
-def _check_depths(z: Array, load: _Transformed, body: Stack) -> None:
+def _check_depths(z: Array, load: _Load, body: Stack) -> None:
     shallow = z < load.shallowest
     if shallow.any():
         i = int(np.argmax(shallow))
@@ -243,21 +227,22 @@ def _check_depths(z: Array, load: _Transformed, body: Stack) -> None:
         raise ValueError(f"z has depths inside the rigid base, which begins at {text(body.thickness, 'm')}.")
 
 
-def _total(kernel: Kernel, load: _Round) -> float:
+def _total(kernel: Kernel, load: RingSources) -> float:
+    square_of = _round(load).square
     if kernel.exponent:
         k, weight = wavenumbers(FARTHEST / load.radius, 2 * load.radius, load.radius)
-        return float(np.pi * (weight * k * load.square(k)) @ kernel(k))
+        return float(np.pi * (weight * k * square_of(k)) @ kernel(k))
     x, w = gauss()
     square = 0.0
-    for low, high in zip(load.load.breaks[:-1], load.load.breaks[1:], strict=True):
+    for low, high in zip(load.breaks[:-1], load.breaks[1:], strict=True):
         half = (high - low) / 2
-        square += half * float(w @ load.load.value(low + half * (1 + x)) ** 2)
+        square += half * float(w @ load.value(low + half * (1 + x)) ** 2)
     total = np.pi**2 / kernel.modulus * square
     if not kernel.homogeneous:
         last = FARTHEST / load.radius if kernel.graded else kernel.cutoff / kernel.length
         k, weight = wavenumbers(last, 2 * load.radius, max(load.radius, kernel.length))
         rest = 2 * kernel.remainder(k * kernel.length) / (kernel.modulus * k)
-        total += np.pi * float((weight * k * load.square(k)) @ rest)
+        total += np.pi * float((weight * k * square_of(k)) @ rest)
     return float(total)
 
 
@@ -270,11 +255,11 @@ def _of_edge(kernel: Kernel, indenter: Indenter, radius: float, depth: float) ->
         return float(punch_stiffness(kernel, np.array([radius]))[0]) * depth**2 / 2
     plain = mean_contact(kernel, indenter, Control("radius", np.array([radius])))[1]
     first, force, stiffness = (float(each[0]) for each in (plain.depth, plain.force, plain.stiffness))
-    whole = _total(kernel, _Round(contact_load(kernel, indenter, radius, first, edge=False)))
+    whole = _total(kernel, contact_load(kernel, indenter, radius, first, edge=False))
     return whole + force * (depth - first) + stiffness * (depth - first) ** 2 / 2
 
 
-def _below(body: Stack, load: _Transformed, z: Array) -> Array:
+def _below(body: Stack, load: _Load, z: Array) -> Array:
     """Energy below depths [J], shape of z."""
     result = np.zeros(z.size)
     layer = layer_at(body, z, "above")

@@ -21,14 +21,14 @@ from flatpunch.contact.dataset import Attributes, Column, dataset
 from flatpunch.contact.limits import deepest
 from flatpunch.contact.round.mean_profile import mean_contact
 from flatpunch.indenters.profile import Indenter
-from flatpunch.media import Body, underlying
-from flatpunch.stresses.contact_sources import contact_of, solved
+from flatpunch.media import Body, Stack, underlying
 from flatpunch.stresses.failure.events import Event, Judged, largest_of_each
 from flatpunch.stresses.failure.on_cells import CellSearch
 from flatpunch.stresses.failure.round import RoundSearch
 from flatpunch.stresses.failure.strength import Strength
 from flatpunch.stresses.failure.tips import counted_by
-from flatpunch.stresses.points import AXES, checked_friction, of_case, residual_stresses
+from flatpunch.stresses.points import AXES, checked_friction, of_case
+from flatpunch.stresses.sources import contact_of, solved
 
 BULK = {"yield": "von_mises", "tensile": "tension", "shear": "shear"}
 INTERFACE = {"interface tension": "interface_tension", "interface shear": "interface_shear"}
@@ -104,7 +104,7 @@ def peak_stresses(
     bodies = unit_strengths(underlying(medium), residual_stress)
     for body in bodies:
         body.check_surface()
-    about = solved(contact)
+    _, about = solved(contact)
     if not about["radius"] > 0:
         raise ValueError("there is no contact, so there are no stresses. Give a larger depth, force or radius.")
     kind = RoundSearch if indenter.round else CellSearch
@@ -149,14 +149,14 @@ def unit_strengths(medium: Body, residual: Any) -> tuple[Judged, ...]:
                 "residual_stress must be a pair for two bodies: that of the upper and of the lower one, or None."
             )
         named = zip(medium.sides, pair, strict=True)
-        return tuple(replace(unit_strengths(side, own)[0], name=name) for (name, side), own in named if not side.rigid)
-    layers = len(body.layers)
+        return tuple(Judged.of(side, _units(side), own, name) for (name, side), own in named if not side.rigid)
+    return (Judged.of(body, _units(body), residual),)
+
+
+def _units(body: Stack) -> tuple[Strength, ...]:
     bulk = Strength(yield_stress=1.0, tensile=1.0, shear=1.0)
-    strengths = (replace(bulk, interface_tension=1.0, interface_shear=1.0),) * layers + (
-        Strength() if body.base.rigid else bulk,
-    )
-    own = residual_stresses(body, residual)
-    return (Judged(body, strengths, np.zeros(layers + 1) if own is None else own),)
+    layer = replace(bulk, interface_tension=1.0, interface_shear=1.0)
+    return (layer,) * len(body.layers) + (Strength() if body.base.rigid else bulk,)
 
 
 def columns_of(

@@ -33,9 +33,8 @@ from flatpunch.contact.dataset import Column, dataset
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.media import Body, Stack, underlying
 from flatpunch.stresses.bodies import Located, Side, located
-from flatpunch.stresses.contact_sources import contact_of, contact_sources
 from flatpunch.stresses.loads import Load
-from flatpunch.stresses.sources import Source, prescribed_sources
+from flatpunch.stresses.sources import Source, contact_of, contact_sources, prescribed_sources
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -199,7 +198,7 @@ def evaluate(
     sources: Sequence[Source], parts: Sequence[Located], points: Array, direction: float
 ) -> tuple[Array, Array, float]:
     """Stress (6, n), displacement (3, n) and the estimated error over the largest pressure, summed over all loads."""
-    stress, displacement = np.zeros((6, points.shape[1])), np.zeros((3, points.shape[1]))
+    stress, displacement = np.zeros((len(COMPONENTS), points.shape[1])), np.zeros((len(AXES), points.shape[1]))
     error = 0.0
     for part in parts:
         x, y = points[0, part.chosen], points[1, part.chosen]

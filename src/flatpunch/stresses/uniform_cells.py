@@ -1,6 +1,6 @@
 """Half-space part of the fields within a few cells of uniformly loaded squares.
 
-Squares around that of a point are summed in closed form, corner by corner (`rectangle`). What all others add is smooth over the
+Squares around that of a point are summed in closed form, corner by corner (`one_cell`). What all others add is smooth over the
 square of the point, and in depth over their distance: it is interpolated between Chebyshev nodes, each of them a convolution.
 """
 
@@ -17,8 +17,8 @@ from numpy.polynomial import chebyshev
 from flatpunch._support.checks import AT_ONCE, ROUNDING, Array, Flags, Indices
 from flatpunch.numerics.chebyshev import nodal_transform, unit_nodes
 from flatpunch.stresses.axisymmetric.panels import nodes_or_points
-from flatpunch.stresses.axisymmetric.radial import SurfacePart
-from flatpunch.stresses.rectangle import corner, summed
+from flatpunch.stresses.axisymmetric.radial import COMPONENTS, SurfacePart
+from flatpunch.stresses.one_cell import corner, summed
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ def fields_of_squares(
     x, y, z = (each / spacing for each in place)
     column, row = (np.rint(each).astype(int) for each in (x, y))
     squares = _Squares(load, part, spacing, direction, column, row, x - column, y - row, z)
-    result = np.empty((9, z.size))
+    result = np.empty((COMPONENTS, z.size))
     last_row, last_column = (n - 1 for n in load.shape)
     window = min(rule.window, int(np.abs([row, last_row - row, column, last_column - column]).max()))
     count = max(AT_ONCE // (128 * (2 * window + 2) ** 2), 1)
@@ -147,7 +147,7 @@ def _infinite(load: Array, corners: Array, z: Array) -> Flags:
 
 def _others(squares: _Squares, rule: Rule) -> Array:
     """What all squares outside the window of a point add."""
-    result = np.zeros((9, squares.z.size))
+    result = np.zeros((COMPONENTS, squares.z.size))
     limits = np.array([0, 1 / 3, 1]) * rule.cells
     for low, high in pairwise(limits):
         chosen = np.flatnonzero((squares.z >= low) & (squares.z < high))

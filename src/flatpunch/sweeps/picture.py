@@ -22,7 +22,7 @@ from scipy.interpolate import RegularGridInterpolator
 
 from flatpunch._support.checks import Array, BadValue, one_of
 from flatpunch.files import units
-from flatpunch.files.stresses import in_words as criterion_in_words
+from flatpunch.files.analyses import in_words as criterion_in_words
 from flatpunch.plots.style import SAMPLES, logarithmic
 from flatpunch.sweeps.axes import in_words, value_in_words
 

@@ -24,9 +24,9 @@ from flatpunch._support.progress import Report
 from flatpunch._version import __version__
 from flatpunch.contact import default_choice, indent, method_of
 from flatpunch.files import Case, CaseError
+from flatpunch.files.analyses import first_failure
 from flatpunch.files.cases import case_from, case_text, parsed
 from flatpunch.files.results import write
-from flatpunch.files.stresses import first_failure
 from flatpunch.parallel import Outcome, Solved, content_key, cores, solve_points
 from flatpunch.sweeps.axes import Axis, axes_of
 

@@ -17,9 +17,7 @@ from flatpunch.app.form import FormError, case_text
 from flatpunch.app.jobs.common import CALLED, case_of, explained, file_bytes, plain, short
 from flatpunch.app.limits import DRAWN
 from flatpunch.files import Case, CaseError
-from flatpunch.files.cases import parsed
-from flatpunch.files.descriptions import spread
-from flatpunch.files.stresses import (
+from flatpunch.files.analyses import (
     STRESS_COLUMNS,
     Stresses,
     first_failure_lines,
@@ -29,6 +27,8 @@ from flatpunch.files.stresses import (
     stress_rows,
     stresses,
 )
+from flatpunch.files.cases import parsed
+from flatpunch.files.descriptions import spread
 from flatpunch.files.units import text
 from flatpunch.media import underlying
 from flatpunch.stresses import Strength

@@ -1,4 +1,7 @@
-"""The job *Press*: solve a case, as plain numbers for the page and as files to keep. Called in worker processes."""
+"""The jobs *Press* and *Slip*: solve a case, or pull its tip along the surface at its last step. Called in worker processes.
+
+They return plain numbers for the page, and files to keep.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,9 @@ from flatpunch.app.limits import DRAWN, LIMITS
 from flatpunch.contact import default_choice, indent, method_of, pressure
 from flatpunch.contact.dataset import outlines
 from flatpunch.contact.default import EXACT
+from flatpunch.contact.slip.steps import loading_and_cycle
 from flatpunch.files import Case, describe
+from flatpunch.files.analyses import slipping
 from flatpunch.files.descriptions import curve_table, pull_off_lines, spread
 from flatpunch.files.results import to_csv
 from flatpunch.files.units import text
@@ -210,3 +215,23 @@ def warm_up() -> None:
         },
         True,
     )
+
+
+def slip(fields: Mapping[str, str], run: bool) -> Plain:
+    """Pull the tip of a form along the surface."""
+    try:
+        case = case_of(fields, "slip")
+        if not run and any(getattr(given, "size", 1) > DRAWN.steps for given in (case.slip or {}).values()):
+            return {"long": f"More than {DRAWN.steps} steps along the surface are prescribed."}
+        result = slipping(case)
+    except Exception as error:
+        return explained(error, fields)
+    first, cycle = loading_and_cycle(result)
+    return {
+        "title": case.title,
+        "first": short(first),
+        "cycle": short(cycle),
+        "table": asdict(curve_table(result)),
+        "notes": str(result.attrs["notes"]).splitlines(),
+        "kept": pickle.dumps((case, result)),
+    }

@@ -28,7 +28,7 @@ from flatpunch.punch.graded import graded_matrices
 from flatpunch.punch.matrix import remainder_rule
 from flatpunch.punch.wavenumbers import bessel_table
 
-_FARTHEST = 2048.0
+FARTHEST = 2048.0
 """Wavenumber times radius at which integrals over the response of a graded surface end: 1e-6 of V remains where the radius is its
 thickness, and ten times as much with a quarter of it."""
 
@@ -77,7 +77,7 @@ def wave_range(kernel: Kernel, smallest: float, largest: float) -> tuple[int, fl
 
 
 def _needed(kernel: Kernel, beta: float) -> float:
-    return _FARTHEST if kernel.graded else max(kernel.cutoff * beta, 4.0)
+    return FARTHEST if kernel.graded else max(kernel.cutoff * beta, 4.0)
 
 
 def round_pressures(kernel: Kernel, contact: RoundContact) -> list[RoundPressure]:

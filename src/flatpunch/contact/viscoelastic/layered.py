@@ -26,7 +26,7 @@ from flatpunch.contact.curve import NOTABLE_FORCE, Control, Curve
 from flatpunch.contact.exact import punch_stiffness
 from flatpunch.contact.round.mean_profile import mean_contact, mean_profile
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.contact.viscoelastic.each_layer import Relaxations, with_moduli
+from flatpunch.contact.viscoelastic.history import Relaxations, with_moduli
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import (
     HalfSpace,

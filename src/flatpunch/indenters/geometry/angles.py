@@ -28,36 +28,17 @@ _STILL = float(100 * np.finfo(float).eps)
 """Change of a mean, over its own scale, that counts as rounding: tens of eps, sums of hundreds."""
 
 
-def angular_rule(indenter: Indenter, harmonics_hint: int = 32, *, radius: float | None = None) -> tuple[Array, Array]:
-    """Angles and weights for means over the polar angle.
-
-    Parameters
-    ----------
-    indenter : Indenter
-        Hashable; its `corners` (and `seams`, where it has any: joints without an edge) split the rule.
-    harmonics_hint : int
-        Highest harmonic of interest; products of two harmonics up to it are integrated at rounding as well.
-    radius : float, optional
-        Largest radius of interest [m]. Without it the reach of the indenter, or 1 where that is infinite
-        (power laws look the same at every radius).
-
-    Returns
-    -------
-    phi, weights : ndarray, shape (n,)
-        Angles in [0, 2 pi) [rad] and weights that sum to 1; read-only, shared between calls.
-    """
-    if radius is None:
-        radius = indenter.reach if np.isfinite(indenter.reach) else 1.0
-    return _rule(indenter, int(harmonics_hint), float(radius))
-
-
 @byte_cached
-def _rule(indenter: Indenter, order: int, radius: float) -> tuple[Array, Array]:
+def angular_rule(indenter: Indenter, order: int = 32) -> tuple[Array, Array]:
+    """Angles in [0, 2 pi) [rad] and weights that sum to 1 for means over the polar angle; read-only, shared between calls.
+
+    Corners and seams of the indenter split the rule. Products of two harmonics up to `order` are integrated at rounding as well.
+    """
     breaks = indenter.split_angles
     size = _first_size(breaks, order)
     phi, weights = _nodes(breaks, size)
     if not indenter.round:
-        radii, tolerance = _watched(indenter, radius)
+        radii, tolerance = _watched(indenter)
         if not radii.size:
             # kinks cross all circles, and between them more angles are no use
             return _kept(phi, weights)
@@ -91,13 +72,13 @@ def _finer(breaks: list[float], size: int, crossed: bool) -> tuple[list[float], 
     return sorted({*map(float, ends[:-1]), *map(float, (ends[:-1] + ends[1:]) / 2)}), size
 
 
-def _watched(indenter: Indenter, radius: float) -> tuple[Array, float]:
+def _watched(indenter: Indenter) -> tuple[Array, float]:
     """Radii at which the means must have converged, and the tolerance."""
     tolerance = max(_STILL, indenter.angular_tolerance)
     if indenter.exponent is not None:
         return np.array([1.0]), tolerance
-    scales = indenter.scales
-    radii = np.array(scales) if scales else radius * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
+    scales, reach = indenter.scales, indenter.reach if np.isfinite(indenter.reach) else 1.0
+    radii = np.array(scales) if scales else reach * np.array([0.05, 0.2, 0.5, 0.8, 1.0])
     crossings = indenter.crossings
     if crossings is None:
         return radii, tolerance

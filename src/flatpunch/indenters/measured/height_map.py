@@ -30,7 +30,7 @@ from flatpunch.indenters.measured.height_grid import (
     lowest_point,
     oriented,
 )
-from flatpunch.indenters.measured.smoothing import what_smoothing_changed
+from flatpunch.indenters.measured.radial_profile import what_smoothing_changed
 from flatpunch.indenters.profile import Indenter
 from flatpunch.surfaces.heights import nearest_filled, plane
 

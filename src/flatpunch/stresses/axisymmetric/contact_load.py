@@ -31,6 +31,7 @@ from scipy.special import gamma
 
 from flatpunch._support.checks import ROUNDING, TINY, Array
 from flatpunch.compliances import Kernel
+from flatpunch.contact.round.carried import wave_range
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
 from flatpunch.indenters.profile import Indenter
@@ -54,9 +55,6 @@ _NODES, _TABLE_NODES = 64, 16
 
 _CROWDED = 6
 """On power-law half-spaces nodes are at distances from either kink like x^6: integrands have roots there."""
-
-FARTHEST = 2048.0
-"""Wavenumber times radius at which integrals over the response of a graded surface end: 1e-6 of the pressure remains."""
 
 _SMOOTH = 24
 """Terms of the series c: the rest of a sphere up to 0.8 of its radius is rounding, and 1e-8 with half as many. With hundreds the
@@ -229,9 +227,7 @@ def _responses(kernel: Kernel, series: Array, rest: RingSources) -> tuple[Array,
 
 def _rule_for_graded(kernel: Kernel, beta: Array, terms: int) -> RemainderRule:
     """Quadrature where L - 1 decays like 1/x: the integrand falls like x^-4."""
-    assert kernel.series is not None
-    first = min(0, int(np.floor(np.log(kernel.series.floor * float(beta[0])) / np.log(4))))
-    table = bessel_table(0, terms, first, FARTHEST)
+    table = bessel_table(0, terms, *wave_range(kernel, float(beta[0]), float(beta[0])))
     weights = 2 * kernel.remainder(table.x / beta[0]) * table.w
     return RemainderRule(table, weights[None, :], np.array([table.x.size]), half_space_diagonal(0, terms))
 

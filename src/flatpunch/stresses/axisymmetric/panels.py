@@ -36,9 +36,6 @@ _TOGETHER = 4 * OCTAVE
 """Most nodes in z of layers that share their wavenumbers: half as many take up to twice the time in a stack of hundreds of
 layers, twice as many twice the memory."""
 
-_NEAR = 4.0
-"""Multiple of the load's radius and the decay length within which no panels are needed for a few radii."""
-
 
 class Edge(NamedTuple):
     """A ring at which the pressure is not smooth.
@@ -209,16 +206,11 @@ def nodes_in_depth(part: Points, z: Array) -> tuple[Array, Array]:
     return nodes_or_points(z[part.chosen], part.low, part.high, OCTAVE)
 
 
-def nodes_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices, Array, Array, bool]]:
-    """Panels in r, which grow with the distance from the load: which points, radii, weights, whether a window may end waves."""
+def nodes_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices, Array, Array]]:
+    """Panels in r, which grow with the distance from the load: which points, radii, weights."""
     order = np.argsort(r, kind="stable")
     ordered = r[order]
-    at = int(np.searchsorted(ordered, _NEAR * (a + decay), side="right"))
-    few = int(_NEAR * _R_NODES)
-    if 0 < np.unique(ordered[:at]).size <= few:
-        yield order[:at], *nodes_or_points(ordered[:at], 0.0, 0.0, few), False
-    else:
-        at = 0
+    at = 0
     while at < r.size:
         low = float(ordered[at])
         if low <= a + decay:
@@ -229,7 +221,7 @@ def nodes_in_radius(r: Array, a: float, decay: float) -> Iterator[tuple[Indices,
         else:
             high = low + _R_WIDTH * max(decay, low - a)
         end = int(np.searchsorted(ordered, high, side="right"))
-        yield order[at:end], *nodes_or_points(ordered[at:end], low, high, _R_NODES), True
+        yield order[at:end], *nodes_or_points(ordered[at:end], low, high, _R_NODES)
         at = end
 
 

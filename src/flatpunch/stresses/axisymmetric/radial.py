@@ -41,6 +41,9 @@ plus and minus the in-plane shear, under a traction."""
 NORMAL_POWERS, SHEAR_POWERS = (0, 0, 1, 1, 1, 1), (0, 0, 0, 1, 1, 1, 1, 1, 1)
 """Powers of k of these functions: displacements have one power less than stresses."""
 
+COMPONENTS = 9
+"""Stresses xx, yy, zz, yz, xz, xy and displacements x, y, z, in the order of all fields."""
+
 _CLOSE, _CIRCLE, _POINTS = 1e-3, 0.1, 16
 """Difference of the rates over their mean below which the circle is taken, its radius over the mean, and its points, which leave
 (1/10)^16."""

@@ -28,25 +28,13 @@ ORDERS = 4
 """Angular orders m = 0 ... 3: friction needs them all, a normal load the first three."""
 
 
-@dataclass(frozen=True, slots=True)
-class Rule:
-    """Quadrature along paths in v.
+_NODES = 16
+"""Gauss nodes on a path: 2e-12 of the stress; half as many leave 4e-7, twice as many 3e-13. Twice as many on panels that begin
+with a root, where as many leave 3e-7."""
 
-    Attributes
-    ----------
-    nodes : int
-        Gauss nodes on a path: 2e-12 of the stress; half as many leave 4e-7, twice as many 3e-13. Twice as many on panels that
-        begin with a root, where as many leave 3e-7.
-    long : float
-        Longest path that is not divided, and longest part of one that is; twice as long leaves 8e-10, half
-        changes nothing and takes a quarter more time.
-    """
-
-    nodes: int = 16
-    long: float = 3.0
-
-
-_RULE = Rule()
+_LONG = 3.0
+"""Longest path that is not divided, and longest part of one that is; twice as long leaves 8e-10, half changes nothing and takes a
+quarter more time."""
 
 
 def add_jump(result: Numbers, v: Complex, r: Array, jump: float) -> None:
@@ -81,8 +69,8 @@ class Panel:
         """Add the integrals over the panel, along straight paths from v_b = `start` to v_c = `end`; long paths in pieces."""
         span = _span(start, end, r, self.length)
         lengths = np.abs(span)
-        long = lengths > _RULE.long
-        for chosen, pieces in ((~long, 1), (long, int(np.ceil(lengths.max() / _RULE.long)))):
+        long = lengths > _LONG
+        for chosen, pieces in ((~long, 1), (long, int(np.ceil(lengths.max() / _LONG)))):
             if chosen.all():
                 self._add(result, start, span, r, pieces)
             elif chosen.any():
@@ -92,7 +80,7 @@ class Panel:
 
     def _add(self, result: Numbers, start: Complex, span: Complex, r: Array, pieces: int) -> None:
         """Add the integrals along paths of length `span`, in equal pieces."""
-        x, weight = gauss(2 * _RULE.nodes if self.rooted else _RULE.nodes)
+        x, weight = gauss(2 * _NODES if self.rooted else _NODES)
         s = ((np.arange(pieces)[:, None] + (1 + x) / 2) / pieces).reshape(-1, 1)
         weight = np.tile(weight / (2 * pieces), pieces)[:, None]
         part, dv = (span * s**2, 2 * span * s * weight) if self.rooted else (span * s, span * weight)

@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-import scipy
 from numpy.polynomial import chebyshev
 from numpy.polynomial import legendre as polynomial
 
@@ -32,12 +31,8 @@ _TERMS = 16
 """Chebyshev terms on a panel of g."""
 
 
-_SPAN = 80
-"""Length of a span of k times the radius, and Chebyshev nodes that give the transform all over it: they leave J_80(40) = 1e-17 of
-cos(kt)."""
-
 _CHUNK = 2048
-"""Points at once: their arrays stay in the cache."""
+"""Points, or wavenumbers, at once: their arrays stay in the cache."""
 
 _LIFTED = 1e-30
 """Smallest depth over the radius: at the surface itself kappa is infinite at the ends of panels, and with it integrals of j = 2,
@@ -114,47 +109,22 @@ class RingSources:
     def transform(self, k: Array) -> Array:
         """P(k) = int g cos(kt) dt [Pa m], shape of k, (n,).
 
-        g ends at the radius, so that P is as smooth as cos(ka): where wavenumbers are dense it is interpolated between
-        Chebyshev nodes.
+        Gauss quadrature where a panel holds few oscillations. Beyond, Legendre's series: int P_n(x) exp(iwx) dx = 2 i^n j_n(w).
         """
         if self.rooted.any():
             return self._without_roots.transform(k)
-        span, total = np.floor(k * (self.radius / _SPAN)), np.empty_like(k)
-        spans, which, counts = np.unique(span, return_inverse=True, return_counts=True)
-        crowded = counts > 2 * _SPAN
-        few = ~crowded[which]
-        total[few] = self._on_product(k[few], np.zeros(1))[:, 0]
-        length = _SPAN / self.radius
-        values = self._on_product(spans[crowded] * length, length * (1 + unit_nodes(_SPAN)) / 2)
-        series = scipy.fft.dct(values, axis=1) / _SPAN
-        series[:, 0] /= 2
-        many, row = np.flatnonzero(~few), np.cumsum(crowded) - 1
-        for start in range(0, many.size, _CHUNK):
-            here = many[start : start + _CHUNK]
-            own = series[row[which[here]]].T
-            total[here] = chebyshev.chebval(2 * (k[here] / length - span[here]) - 1, own, tensor=False)
-        return total
-
-    def _on_product(self, start: Array, offset: Array) -> Array:
-        """P at start_i + offset_j, shape (starts, offsets), offsets >= 0.
-
-        Gauss quadrature where a panel holds few oscillations. Beyond, Legendre's series: int P_n(x) exp(iwx) dx = 2 i^n j_n(w).
-        """
-        total = np.zeros((start.size, offset.size))
-        if not start.size:
-            return total
-        k = start[:, None] + offset
+        total = np.zeros_like(k)
         for low, high, series in zip(self.breaks[:-1], self.breaks[1:], self.series, strict=True):
             half, middle = (high - low) / 2, (high + low) / 2
             own = chebyshev.chebtrim(series)
             # Legendre's series needs more radians over half a panel than it has terms
-            slow = start * half <= 2 * _TERMS
-            if slow.any():
-                x, w = gauss(own.size + int(2 * _TERMS + offset.max() * half / 2))
-                t, weight = middle + half * x, chebyshev.chebval(x, own) * w * half
-                total[slow] += _cosines(start[slow], t, weight, offset)
-            fast = k[~slow]
-            total[~slow] += 2 * half * _oscillating(own, fast * half, fast * middle)
+            slow = k * half <= 2 * _TERMS
+            x, w = gauss(_TERMS + int(np.ceil(min(2 * _TERMS, k.max(initial=0.0) * half))))
+            weight, few = chebyshev.chebval(x, own) * w * half, np.flatnonzero(slow)
+            for start in range(0, few.size, _CHUNK):
+                some = few[start : start + _CHUNK]
+                total[some] += np.cos(np.outer(k[some], middle + half * x)) @ weight
+            total[~slow] += 2 * half * _oscillating(own, k[~slow] * half, k[~slow] * middle)
         return total
 
     def integrals(self, r: Array, z: Array | Complex) -> Numbers:
@@ -201,13 +171,6 @@ def _to_legendre(terms: int) -> Array:
     x, w = gauss(terms)
     values = polynomial.legvander(x, terms - 1) * (np.arange(terms) + 0.5)
     return np.asarray((values.T * w) @ chebyshev.chebvander(x, terms - 1))
-
-
-def _cosines(start: Array, t: Array, weight: Array, offset: Array) -> Array:
-    """Sum over t of weight cos((start_i + offset_j) t), shape (starts, offsets)."""
-    first, second = np.outer(start, t), np.outer(t, offset)
-    cosines = (np.cos(first) * weight) @ np.cos(second)
-    return np.asarray(cosines - (np.sin(first) * weight) @ np.sin(second) if offset.any() else cosines)
 
 
 def _oscillating(series: Array, w: Array, phase: Array) -> Array:

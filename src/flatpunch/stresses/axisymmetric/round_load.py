@@ -15,7 +15,6 @@ depths and panels.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import factorial
 
 import numpy as np
 import scipy
@@ -192,10 +191,10 @@ def _fill(
     points = np.concatenate([part.chosen for part in parts])
     first, node = (np.cumsum([0, *sizes]) for sizes in zip(*((w.shape) for _, w in rules), strict=True))
     panels: dict[float, list[tuple[Indices, Array, Array, float]]] = {}
-    for chosen, radii, weights, many in nodes_in_radius(r[points], load.radius, decay):
+    for chosen, radii, weights in nodes_in_radius(r[points], load.radius, decay):
         # panels share wavenumbers, and the fields of the waves, up to a few lengths each of their distance
         extent = load.radius * _SHARED ** np.ceil(np.log1p(float(radii.max()) / load.radius) / np.log(_SHARED))
-        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius if many else 0.0
+        gap = min(float(radii.min()), extent / _SHARED - load.radius) - load.radius
         panels.setdefault(extent, []).append((chosen, radii, weights, gap))
     for extent, those in panels.items():
         # with another reach all nodes differ, so that a second one gives an estimate of the error
@@ -314,16 +313,12 @@ def _table(spectrum: tuple[Array, Array, Array], r: Array) -> Array:
 
 
 def bessel_functions(x: Array, count: int) -> list[Array]:
-    """J_0 ... J_(count - 1): orders two and three by recurrence, below x = 1 by their series."""
+    """J_0 ... J_(count - 1): orders two and three by recurrence, which cancels below x = 1."""
     found = [scipy.special.j0(x), scipy.special.j1(x)]
     small = x < 1
-    safe, y = np.where(small, 1.0, x), np.where(small, x, 0.0) ** 2
     for m in range(2, count):
-        series = np.ones_like(x)
-        for s in range(6, 0, -1):
-            series = 1 - y / (4 * s * (m + s)) * series
-        lead = (np.where(small, x, 0.0) / 2) ** m / factorial(m)
-        found.append(np.where(small, lead * series, 2 * (m - 1) / safe * found[m - 1] - found[m - 2]))
+        found.append(2 * (m - 1) / np.where(small, 1.0, x) * found[m - 1] - found[m - 2])
+        found[m][small] = scipy.special.jv(m, x[small])
     return found
 
 

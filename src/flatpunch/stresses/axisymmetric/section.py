@@ -6,7 +6,7 @@ all depths of all layers take one sweep; a contact then costs its transform and 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -90,10 +90,6 @@ class Section:
         if top.any():
             waves[..., top] -= surface_part(body).amplitudes(k, depth[top], shear)
         return cls(body, depth, top, k, weight, waves)
-
-    def at(self, some: Flags) -> Section:
-        """Waves at some of the depths."""
-        return replace(self, depth=self.depth[some], split=self.split[some], waves=self.waves[..., some])
 
     def stress(self, load: RoundLoad, r: Array, theta: Array, traction: float) -> Array:
         """Stresses (xx, yy, zz, yz, xz, xy) at radii [m], polar angles to the sliding and all depths, (6, nr, ntheta, nz)."""

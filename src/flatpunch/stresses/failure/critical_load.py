@@ -33,7 +33,7 @@ from flatpunch.stresses.failure.on_cells import CellSearch
 from flatpunch.stresses.failure.round import RoundSearch
 from flatpunch.stresses.failure.strength import Strength, checked_strengths
 from flatpunch.stresses.failure.tips import pointed_table
-from flatpunch.stresses.points import AXES, checked_friction, of_case, residual_stresses
+from flatpunch.stresses.points import AXES, checked_friction, of_case
 
 __all__ = ["CriticalLoad", "Event", "critical_load", "critical_loads"]
 
@@ -206,7 +206,7 @@ def critical_loads(
     rows = []
     for what in dict.fromkeys(event.what for event in search.maxima(search.limits()[1])):
         try:
-            found = found_by(_OneCriterion(search, what), medium, named)
+            found = found_by(replace(search, bodies=tuple(each.only(what) for each in search.bodies)), medium, named)
         except UnresolvedLayer as error:
             nan = float("nan")
             found = CriticalLoad(nan, nan, nan, *what[:2], (nan, nan, nan), {}, what[2], nan, (str(error),))
@@ -242,33 +242,6 @@ def critical_loads(
     }
     attributes = {"title": "Critical loads computed by flatpunch", "first": str(first), "friction": search.friction}
     return dataset(columns, coordinates, {**attributes, **of_case(medium, indenter)})
-
-
-@dataclass(frozen=True, slots=True)
-class _OneCriterion:
-    """A search for one kind in one layer."""
-
-    whole: RoundSearch | CellSearch
-    what: tuple[str, int, str]
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.whole, name)
-
-    def limits(self) -> tuple[float, float, float]:
-        """Sizes of a search for that kind alone."""
-        return replace(self.whole, bodies=tuple(each.only(self.what) for each in self.whole.bodies)).limits()
-
-    def singular(self, size: float) -> list[Event]:
-        """Infinite stresses of that kind."""
-        return [event for event in self.whole.singular(size) if event.what == self.what]
-
-    def events(self, size: float) -> list[Event]:
-        """Largest utilisation of that kind."""
-        return [event for event in self.whole.events(size, only=self.what[1]) if event.what == self.what]
-
-    def maxima(self, size: float) -> list[Event]:
-        """Local maxima of that kind."""
-        return [event for event in self.whole.maxima(size, only=self.what[1]) if event.what == self.what]
 
 
 def search_of(
@@ -361,9 +334,7 @@ def _uncertain(worst: Event, off: float, *, layered: bool) -> str:
 def _judged(medium: Body, strengths: Any, residual: Any) -> tuple[Judged, ...]:
     """Bodies with their checked strengths; of two bodies only those that have strengths."""
     if alone := medium.single:
-        found = checked_strengths(alone, strengths)
-        stresses = residual_stresses(alone, residual)
-        return (Judged(alone, found, np.zeros(len(found)) if stresses is None else stresses),)
+        return (Judged.of(alone, checked_strengths(alone, strengths), residual),)
     if not medium.pair:
         raise TypeError(
             f"medium = {type(medium).__name__} must be a Medium, a HalfSpace, a PowerLawHalfSpace or TwoBodies."
@@ -377,8 +348,7 @@ def _judged(medium: Body, strengths: Any, residual: Any) -> tuple[Judged, ...]:
             raise ValueError(
                 f"strengths of the {name} body belong to a rigid body, which has no stresses. Give None for it."
             )
-        (judged,) = _judged(body, own, stresses)
-        bodies.append(Judged(judged.body, judged.strengths, judged.residual, name))
+        bodies.append(Judged.of(body, checked_strengths(body, own), stresses, name))
     if not bodies:
         raise ValueError("strengths is None for both bodies, so nothing is checked. Give those of one of them.")
     return tuple(bodies)

@@ -16,6 +16,7 @@ from flatpunch._support.readable import readable
 from flatpunch.compliances.stack import interfaces
 from flatpunch.media import Stack
 from flatpunch.stresses.failure.strength import Strength
+from flatpunch.stresses.points import residual_stresses
 
 DEEPEST, _INTERVALS = 2.5, 12
 """Contact radii below the top of a layer down to which it is searched, and intervals of the grid over them."""
@@ -90,6 +91,12 @@ class Judged:
     strengths: tuple[Strength, ...]
     residual: Array
     name: str = "lower"
+
+    @classmethod
+    def of(cls, body: Stack, strengths: tuple[Strength, ...], residual: Any, name: str = "lower") -> Judged:
+        """A body with checked strengths; `residual` has the stresses as users give them."""
+        own = residual_stresses(body, residual)
+        return cls(body, strengths, np.zeros(len(strengths)) if own is None else own, name)
 
     @property
     def upper(self) -> bool:

@@ -171,22 +171,19 @@ class CellSearch:
         """Infinite stresses at a size."""
         return infinite(self.bodies, self.indenter, size, self.friction)
 
-    def events(self, size: float, only: int | None = None) -> list[Event]:
-        """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
-        sharp = self.singular(size)
-        if sharp and only is None:
-            return sharp
-        return [*largest_of_each(self._found(size, only, Judged.largest)).values(), *sharp]
+    def events(self, size: float) -> list[Event]:
+        """Largest utilisation of every kind in every layer, on the grid; the infinite ones alone where there are any."""
+        return self.singular(size) or [*largest_of_each(self._found(size, Judged.largest)).values()]
 
-    def maxima(self, size: float, only: int | None = None) -> list[Event]:
+    def maxima(self, size: float) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
-        return self._found(size, only, Judged.maxima) + self.singular(size)
+        return self._found(size, Judged.maxima) + self.singular(size)
 
-    def _found(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
+    def _found(self, size: float, chosen: Callable[..., list[Event]]) -> list[Event]:
         cells = self._cells(size, _COARSE)
         found = []
         for each in self.bodies:
-            for i in each.watched if only is None else {only}.intersection(each.watched):
+            for i in each.watched:
                 inside = partial(self._with_rim, each, i, size, partial(chosen, each))
                 found += self._on_grids(each, i, cells, each.tops[i], each.depths(i, size), inside)
                 face = float(np.append(each.tops, 0.0)[i + 1])
@@ -228,7 +225,9 @@ class CellSearch:
         """Largest stresses over strength of each kind at the surface along the rim."""
         x, y = rim.outside.reshape(2, -1)
         at = Located(judged.body, np.arange(x.size), np.zeros(x.size), np.zeros(x.size, dtype=int), judged.upper)
-        outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0, count=6).reshape(6, -1, rim.weights.size)
+        outside = fields_of_cells(self._cells(size, count), at, x, y, 0.0)[:6].reshape(
+            -1, rim.place.shape[1], rim.weights.size
+        )
         place = np.vstack([rim.place, np.zeros(rim.place.shape[1])])
         found = judged.largest(0, (outside @ rim.weights)[..., None, None], place[..., None, None])
         return [replace(each, rim=True) for each in found]
@@ -261,10 +260,10 @@ class CellSearch:
         places = [np.stack(np.meshgrid(*each, indexing="ij")) for each in grids]
         x, y, z = np.concatenate([each.reshape(3, -1) for each in places], axis=1)
         at = Located(judged.body, np.arange(z.size), z, np.full(z.size, i), judged.upper)
-        stress = fields_of_cells(cells, at, x, y, 0.0, count=6, kept=kept)
+        stress = fields_of_cells(cells, at, x, y, 0.0, kept=kept)[:6]
         ends = np.cumsum([each[0].size for each in places])[:-1]
         parts = np.split(stress, ends, axis=1)
-        return [(part.reshape(6, *each.shape[1:]), each) for part, each in zip(parts, places, strict=True)]
+        return [(part.reshape(-1, *each.shape[1:]), each) for part, each in zip(parts, places, strict=True)]
 
     def _at_event(self, event: Event, size: float, count: int, place: Sequence[float]) -> Event:
         """The utilisation of an event's kind at a place, from `count` cells along a side."""

@@ -115,11 +115,13 @@ def at_ellipse(half_axes: Array, friction: float, poisson: float, phi: Array) ->
     c, s = a * np.cos(chi) / length, b * np.sin(chi) / length
     ray = -np.pi * (b * np.cos(chi) * cos + a * np.sin(chi) * sin) / inverse
     share = np.pi / 2 * weight * a * b / length**2 * ray / (2 * np.pi)
-    k = 1 - 2 * poisson
-    xx = k * (c * c - s * s) + friction * (6 * poisson * c**3 + 2 * k * c)
-    yy = k * (s * s - c * c) + friction * 6 * poisson * c * s * s
-    xy = 2 * k * c * s + friction * (6 * poisson * c * c * s + k * s)
-    stress, place = np.zeros((6, phi.size)), np.zeros((3, phi.size))
-    stress[0], stress[1], stress[5] = ((share * each).sum(axis=1) for each in (xx, yy, xy))
+    # notation: j = 6 nu
+    k, j = 1 - 2 * poisson, 3 * (2 * poisson)
+    xx = k * (c * c - s * s) + friction * (j * c**3 + 2 * k * c)
+    yy = k * (s * s - c * c) + friction * j * c * s * s
+    xy = 2 * k * c * s + friction * (j * c * c * s + k * s)
+    place = np.zeros((3, phi.size))
+    zero = np.zeros_like(xx)
+    stress = np.stack([(share * each).sum(axis=1) for each in (xx, yy, zero, zero, zero, xy)])
     place[:2] = half_axes[:, None] * np.array([np.cos(phi), np.sin(phi)])
     return stress, place

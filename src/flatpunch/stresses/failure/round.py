@@ -76,14 +76,9 @@ class RoundSearch:
     indenter: Indenter
     friction: float
     deepest: float
-    sections: dict[tuple[object, ...], Section] = field(default_factory=dict)
+    sections: dict[tuple[object, ...], Section] = field(default_factory=dict, init=False)
     loads: dict[tuple[float, bool], RingSources] = field(default_factory=dict)
-    known: dict[tuple[float, int | None], list[Event]] = field(default_factory=dict)
-
-    @property
-    def flat(self) -> bool:
-        """Whether the tip has a flat end, so that the contact does not grow."""
-        return self.indenter.flat
+    known: dict[float, list[Event]] = field(default_factory=dict, init=False)
 
     def contact(self, size: float) -> tuple[float, float, float]:
         """Force [N], depth [m] and radius [m] at a size."""
@@ -95,7 +90,7 @@ class RoundSearch:
 
     def limits(self) -> tuple[float, float, float]:
         """Smallest size, start and largest size [m]."""
-        if self.flat:
+        if self.indenter.flat:
             force, _, radius = self.contact(1.0)
             each = _expected(self.bodies, np.array([radius]), np.array([force / (np.pi * radius**2)]))
             start = float(1 / each.max())
@@ -110,8 +105,8 @@ class RoundSearch:
 
     def _load(self, size: float, *, again: bool = False) -> RingSources:
         if (size, again) not in self.loads:
-            _, depth, radius = self.contact(size) if self.flat else (0.0, 0.0, size)
-            made = contact_load(self.kernel, self.indenter, radius, depth, edge=self.flat, again=again)
+            _, depth, radius = self.contact(size) if self.indenter.flat else (0.0, 0.0, size)
+            made = contact_load(self.kernel, self.indenter, radius, depth, edge=self.indenter.flat, again=again)
             self.loads[size, again] = made
         return self.loads[size, again]
 
@@ -119,30 +114,29 @@ class RoundSearch:
         """Infinite stresses at a size."""
         return infinite(self.bodies, self.indenter, size, self.friction)
 
-    def events(self, size: float, only: int | None = None) -> list[Event]:
-        """Largest utilisation of every kind in every layer, or in `only` one, on the grid."""
-        key = size, only
-        if key not in self.known:
-            self.known[key] = self._on_grids(size, only, Judged.largest)
-        return self.known[key] + self.singular(size)
+    def events(self, size: float) -> list[Event]:
+        """Largest utilisation of every kind in every layer, on the grid."""
+        if size not in self.known:
+            self.known[size] = self._on_grids(size, Judged.largest)
+        return self.known[size] + self.singular(size)
 
-    def maxima(self, size: float, only: int | None = None) -> list[Event]:
+    def maxima(self, size: float) -> list[Event]:
         """Local maxima of every kind in every layer, on the grid; the infinite ones among them."""
         # ahead of the load, beside and behind it, which a coarse grid may not tell apart
         last = _ANGLES.size - 1
         parts = (slice(0, 1), slice(1, last), slice(last, last + 1)) if self.friction else (slice(None),)
-        return self._on_grids(size, only, partial(Judged.maxima, parts=parts)) + self.singular(size)
+        return self._on_grids(size, partial(Judged.maxima, parts=parts)) + self.singular(size)
 
-    def _on_grids(self, size: float, only: int | None, chosen: Callable[..., list[Event]]) -> list[Event]:
+    def _on_grids(self, size: float, chosen: Callable[..., list[Event]]) -> list[Event]:
         """Events on the grid, and in rings outside it of twice the radius each."""
         edge = self._radii(self._load(size))[-1]
 
         def on_grid(n: int) -> list[Event]:
-            return [event for each, *found in self._grid(size, only, n) for event in chosen(each, *found)]
+            return [event for each, *found in self._grid(size, n) for event in chosen(each, *found)]
 
         return outwards(on_grid, lambda n, event: event.polar[0] >= 2**n * edge * (1 - ROUNDING))
 
-    def _grid(self, size: float, only: int | None, ring: int) -> Iterator[tuple[Judged, int, Array, Array]]:
+    def _grid(self, size: float, ring: int) -> Iterator[tuple[Judged, int, Array, Array]]:
         """Bodies, layers, stresses (6, nr, ntheta, nz), and their places (3, nr, ntheta, nz), with depths for z."""
         load = self._load(size)
         radius = load.radius
@@ -155,9 +149,6 @@ class RoundSearch:
             largest = 2.0 ** np.ceil(np.log2(radius) - 1e-9)
             extent = 4 * largest + (float(r.max()) - 3 * radius) * largest / radius
             for group in _octaves(each):
-                wanted = [i for i in group if only in (None, i)]
-                if not wanted:
-                    continue
                 depths = [each.depths(i, largest) for i in group]
                 layer = np.repeat(group, [z.size for z in depths])
                 key = n, largest, group[0], ring
@@ -171,11 +162,10 @@ class RoundSearch:
                         shear=self.friction > 0,
                         reach=_COARSE,
                     )
-                here = np.isin(layer, wanted)
-                section = self.sections[key].at(here)
+                section = self.sections[key]
                 stress = section.stress(load, r, theta, self._traction(each))
-                for i in wanted:
-                    mine = layer[here] == i
+                for i in group:
+                    mine = layer == i
                     yield each, i, stress[..., mine], _places(r, theta, section.depth[mine])
 
     def _traction(self, judged: Judged) -> float:

@@ -1,23 +1,65 @@
-"""Fields and maps of rough contacts as VTK files, for ParaView and other programs: .vtu by meshio, .vts by pyvista.
+"""Results for other programs: maps of a rough contact as arrays of NumPy, its gap as heights, fields and maps as VTK files.
 
-Coordinates and components are those of the result: z into the material, tension positive.
+Maps are those of the last step. .vtu is written by meshio, .vts by pyvista, for ParaView and other programs. Coordinates and
+components are those of the result: z into the material, tension positive.
 """
 
 from __future__ import annotations
 
+import io
 import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 
 from flatpunch._support.checks import Array, Indices
-from flatpunch._support.endings import FIELDS
-from flatpunch.files.maps import as_points
+from flatpunch._support.endings import FIELDS, RESULTS, listed
+from flatpunch._support.paths import Plain
 
 if TYPE_CHECKING:
     import xarray as xr
+
+NAMES = ("pressure", "gap", "displacement")
+
+
+def maps_of(result: xr.Dataset) -> xr.Dataset:
+    """Pressure, gap and displacement over (y, x) at the last step; ValueError if the result has none."""
+    if not {"y", "x"} <= set(result.dims) or not set(NAMES) <= set(result.variables):
+        raise ValueError(
+            f"this result has no maps, which `rough_contact(..., fields=True)` returns. Write it as {listed(RESULTS)}."
+        )
+    maps = result[list(NAMES)]
+    return (maps.isel(step=-1, drop=True) if "step" in maps.dims else maps).transpose("y", "x")
+
+
+def arrays(result: xr.Dataset) -> bytes:
+    """A .npz file with x (nx,), y (ny,) [m], pressure [Pa], gap and displacement [m], shape (ny, nx)."""
+    maps, file = maps_of(result), io.BytesIO()
+    named: Plain = {name: maps[name].values for name in ("x", "y", *NAMES)}
+    np.savez(file, **named)
+    return file.getvalue()
+
+
+def gap_text(result: xr.Dataset) -> bytes:
+    """The gap as a matrix of heights with the head that Gwyddion writes: lengths of the map and units; rows along y."""
+    maps, file = maps_of(result), io.StringIO()
+    width, height = (float(np.ptp(c)) * c.size / (c.size - 1) for c in (maps["x"].values, maps["y"].values))
+    file.write(f"# Channel: gap\n# Width: {width!r} m\n# Height: {height!r} m\n# Value units: m\n")
+    # 17 digits read back to the same number
+    np.savetxt(file, maps["gap"].values, fmt="%.17g")
+    return file.getvalue().encode()
+
+
+def as_points(result: xr.Dataset) -> xr.Dataset:
+    """The maps at points (x, y, z = 0) of the undeformed surface, in the form of `fields`."""
+    maps = maps_of(result)
+    x, y = np.meshgrid(maps["x"].values, maps["y"].values)
+    values = {"x": x, "y": y, "z": np.zeros_like(x), **{name: maps[name].values for name in NAMES}}
+    return xr.Dataset({name: (("axis_0", "axis_1"), each) for name, each in values.items()})
+
 
 _TENSOR = (("xx", "xy", "xz"), ("xy", "yy", "yz"), ("xz", "yz", "zz"))
 

@@ -1,4 +1,4 @@
-"""Stresses of a case with a table [stress]: the fields at its last step, its first failure, and the fields as CSV."""
+"""What a case asks for beyond its curve, at its last step: stresses with the first failure, as text and CSV, and partial slip."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from flatpunch._support.checks import BadValue
 from flatpunch._support.paths import Plain
-from flatpunch.contact import indent
+from flatpunch.contact import indent, partial_slip
 from flatpunch.files.cases import Case
 from flatpunch.files.tables.stress import StressCase
 from flatpunch.files.units import text
@@ -241,3 +242,22 @@ STRESS_COLUMNS = (
     "interface shear",
 )
 """Headings of `stress_rows`, largest values each; the last two are tractions on the interface below the layer."""
+
+
+def slipping(case: Case) -> xr.Dataset:
+    """Pull the tip of a case along the surface, under the normal force of its last step.
+
+    Where [slip] prescribes nothing along the surface, from full stick until the whole contact slides.
+    """
+    if case.slip is None:
+        raise ValueError('the case has no table [slip]; write one with the coefficient of friction, "friction = 0.3".')
+    last: Plain = {case.control: float(case.values[-1])}
+    given = case.slip
+    if len(given) == 1:
+        radius = indent(case.medium, case.indenter, method="exact", angles=1, **last)["radius"].values
+        given = {**given, "stick_radius": radius * np.linspace(1, 0, 41)}
+    try:
+        return partial_slip(case.medium, case.indenter, **last, **given)
+    except BadValue as error:
+        place = "slip." if error.field.partition("[")[0] in given else ""
+        raise BadValue(f"{place}{error.field}", error.value, error.text) from None
