@@ -64,7 +64,7 @@ def forget_models() -> None:
     """
     _made.cache_clear()
     table_of.cache_clear()
-    branch.forget_tables()
+    branch.branch_tables.cache_clear()
 
 
 @byte_cached

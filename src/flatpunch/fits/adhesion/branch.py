@@ -225,22 +225,9 @@ def _round(branch: Branch | PerturbedBranch | MaugisBranch) -> Branch:
     return branch if isinstance(branch, Branch) else branch.base
 
 
-def branch_tables(family: BranchFamily) -> BranchTables:
-    """Tables of a family, the same for all models that belong to it."""
-    try:
-        return _shared(family, family.names)
-    except TypeError:
-        # an unhashable part (a user's own indenter): tables of its own
-        return BranchTables(family)
-
-
-def forget_tables() -> None:
-    """Forget the tables that models share."""
-    _shared.cache_clear()
-
-
 @byte_cached
-def _shared(family: BranchFamily, names: tuple[str, ...]) -> BranchTables:
+def branch_tables(family: BranchFamily, names: tuple[str, ...]) -> BranchTables:
+    """Tables of a family, the same for all models that belong to it and have coordinates of the same names."""
     return BranchTables(family)
 
 

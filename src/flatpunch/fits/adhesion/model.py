@@ -96,7 +96,7 @@ class AdhesiveModel(FreeParameters):
         object.__setattr__(self, "_forms", (np.array([c for c, _ in linear]), np.array([w for _, w in linear])))
         start = found.problem([c.offset for c in found.coordinates])
         family = BranchFamily(*start, found, tuple(moving), tuple(fixed))
-        object.__setattr__(self, "_tables", branch_tables(family))
+        object.__setattr__(self, "_tables", branch_tables(family, family.names))
 
     @property
     def tabulated(self) -> bool:
