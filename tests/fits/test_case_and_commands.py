@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from flatpunch.cli.fit import _announce
+from flatpunch.contact.physics import Physics
 from flatpunch.files import CaseError, load, read_case
 from flatpunch.fits import Curve, Free, Settings, fit
 from flatpunch.fits.batch import fit_batch
@@ -253,3 +254,7 @@ def test_a_fit_that_takes_minutes_says_so_before_it_starts(capsys):
     assert capsys.readouterr().err == ""
     _announce(replace(case, settings=replace(case.settings, method="bem")))
     assert capsys.readouterr().err == "This fit takes many minutes.\n"
+    film, free = Medium([Layer(5e3, 0.4, 1e-6)], HalfSpace(2e4, 0.3)), {YOUNG: Free(), "work_of_adhesion": Free()}
+    for physics, expected in ((Physics(1e-4), ""), (Physics(1e-4, 1e-8), "This fit takes about a minute.\n")):
+        _announce(FitCase("film", film, Sphere(3e-6), free, Settings(), physics=physics))
+        assert capsys.readouterr().err == expected

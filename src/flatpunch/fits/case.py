@@ -24,7 +24,7 @@ from flatpunch.files import CaseError, describe_sample
 from flatpunch.files.cases import ContactTable, case_text, parsed
 from flatpunch.files.descriptions import takes
 from flatpunch.files.tables.fields import validated
-from flatpunch.fits.adhesion.model import adhesive_method
+from flatpunch.fits.adhesion.model import AdhesiveModel, adhesive_method
 from flatpunch.fits.cases import (
     CorrectTable,
     CurveTable,
@@ -375,9 +375,13 @@ def describe_fit(case: FitCase) -> Iterator[str]:
 
 def seconds_of(case: FitCase) -> float:
     """Time of the first curve: tables over the shape of the problem, with six nodes along each of its free numbers."""
-    if case.sample.adhesive or case.sample.relaxing:
+    if case.sample.relaxing:
         return 1.0
     free = [name for name in case.free if name not in NUISANCE]
+    if case.sample.adhesive:
+        # with a range of action contacts are searched over c
+        table = 0.3 if case.sample.physics.within is None else 2.0
+        return table * float(KNOTS) ** AdhesiveModel(case.sample, tuple(free)).shapes
     if case.correct and not free:
         free = [DRIFTING]
     shapes = len(scaling(case.medium, case.indenter, free).coordinates)

@@ -99,6 +99,11 @@ class AdhesiveModel(FreeParameters):
         object.__setattr__(self, "_tables", branch_tables(family, family.names))
 
     @property
+    def shapes(self) -> int:
+        """In how many numbers the branch is more than scaled."""
+        return len(self._tables.family.coordinates)
+
+    @property
     def tabulated(self) -> bool:
         """Whether the branch comes from tables; with many free parameters each is solved."""
         return self._tables.functions[0].tabulated
