@@ -153,8 +153,7 @@ class BranchTables:
 
         family = self.family
         # decades below the largest s; pull-off is nearly always within, and what is below goes on as a power law, as D over s
-        # does beside a flat end only where s << b
-        # beside a flat end only where s << b, and what a range of action leaves where a << c
+        # does beside a flat end only where s << b, and with a range of action where a << c
         end = flat_end(family.indenter)
         decades = 6 if family.by_range else 4 if end else 2
         self.functions = tuple(Table(function(i), family.coordinates, family.limit, decades) for i in range(FUNCTIONS))
@@ -306,7 +305,7 @@ class StableBranch:
                 break
             top += 4 * STEP
         self.top = top
-        self._part(q)
+        self._find_edge(q)
         # six decades, over which pull-off is looked for: to a millionth of the depth at the border of a flat end; and three of c
         lowest = min(top - 6 * np.log(10), self.edge - 3 * np.log(10) if self._apart else np.inf)
         x = np.append(np.arange(lowest, top - STEP / 2, STEP), top)
@@ -331,7 +330,7 @@ class StableBranch:
         self._grid = (grid, self._depths(grid)[0])
         return self
 
-    def _part(self, q: tuple[float, ...]) -> None:
+    def _find_edge(self, q: tuple[float, ...]) -> None:
         """Find where the surfaces no longer touch, if that is not far below the table, where pull-off is long past."""
         if not self.tables.apart:
             return
@@ -393,7 +392,7 @@ class StableBranch:
 
     def at(self, x: Array) -> BranchState:
         """Everything at given x."""
-        parts = [self._part_of(i, piece, x) for i, piece in enumerate(self._pieces)]
+        parts = [self._scaled(i, piece, x) for i, piece in enumerate(self._pieces)]
         (d, d_x, d_by), (f, f_x, f_by) = (
             tuple(a - b for a, b in zip(plain, less, strict=True))
             for plain, less in zip(parts[:2], parts[2:], strict=True)
@@ -405,7 +404,7 @@ class StableBranch:
                 getattr(state, name)[..., apart] = getattr(beyond, name)
         return state
 
-    def _part_of(self, form: int, piece: Piecewise, x: Array) -> tuple[Array, Array, Array]:
+    def _scaled(self, form: int, piece: Piecewise, x: Array) -> tuple[Array, Array, Array]:
         """A function times its unit, its slope and its derivatives over theta."""
         value, rising, others = piece.at(x)
         part = np.exp(value + self.forms[form])
@@ -416,7 +415,7 @@ class StableBranch:
     def _apart_at(self, x: Array) -> BranchState:
         """Surfaces that attract one another and do not touch."""
         y = x - self.edge + self.touch
-        height, lift = (self._part_of(i, piece, y) for i, piece in zip((0, 5), self._apart, strict=True))
+        height, lift = (self._scaled(i, piece, y) for i, piece in zip((0, 5), self._apart, strict=True))
         pull = -np.pi * np.exp(2 * y + self.forms[6])
         reach = np.exp(self.forms[4])
         d, d_x, d_by = (a - b for a, b in zip(height, lift, strict=True))
