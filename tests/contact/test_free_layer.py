@@ -93,7 +93,7 @@ def test_stated_error_of_the_force(tip, base):
     finest = receding._Plate(softness, 24)
     if isinstance(tip, fp.Cylinder):
         depth = curve.depth.values
-        force = finest.contact(tip.radius / 1e-3, None, None)[2] * sheet.surface_modulus * 1e-3 * depth
+        force = finest.contact(tip.radius / 1e-3, None)[2] * sheet.surface_modulus * 1e-3 * depth
     else:
         held = fp.indent(fp.Medium([fp.Layer(1e6, 0.3, 1e-3, bonded=False)], base), tip, radius=curve.radius.values)
         _, depth, force, _ = receding._contacts(finest, sheet, tip, np.log(held.depth.values))
