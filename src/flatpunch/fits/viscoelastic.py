@@ -26,14 +26,14 @@ from flatpunch._support.checks import TINY, Array
 from flatpunch.contact.finite_strain.correction import REMEDY
 from flatpunch.contact.viscoelastic.depth_history import force_of_depth
 from flatpunch.fits.elastic.model import ForwardModel
-from flatpunch.fits.elastic.setup import Approached, approached
+from flatpunch.fits.elastic.setup import DIP, Approached, approached
 from flatpunch.fits.least_squares.drag import with_speed
 from flatpunch.fits.least_squares.minimum import differences, tried
 from flatpunch.fits.least_squares.problem import Setup, contact_ends, enough, with_nuisance
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.cycles import levelled, smoothed, turns
 from flatpunch.fits.measured.orientation import FALLS
-from flatpunch.fits.measured.signal import CLEAR, SHARE, spread_of
+from flatpunch.fits.measured.signal import SHARE, spread_of
 from flatpunch.fits.parameters.sample import Sample
 from flatpunch.fits.parameters.settings import FitMethod, Settings
 from flatpunch.fits.parameters.unknowns import ExactForce, FreeParameters, Unknowns, frame_of
@@ -296,7 +296,7 @@ def _without_adhesion(made: Approached, settings: Settings) -> tuple[Curve, tupl
     smooth = smoothed(made.over(curve))
     before = smooth[: top + 1][curve.depth[: top + 1] < made.contact]
     spread = spread_of(before) if before.size else made.fit.record.noise
-    below = np.flatnonzero(smooth[top:] < -max(CLEAR * spread, 2 * SHARE * float(smooth[: top + 1].max())))
+    below = np.flatnonzero(smooth[top:] < -max(DIP * spread, 2 * SHARE * float(smooth[: top + 1].max())))
     if not below.size or settings.adhesion == "ignore":
         return curve, ()
     if settings.adhesion == "refuse":

@@ -159,7 +159,8 @@ class _Start:
         (objective, all_used), spring = whole, self.part.spring_constant
         assert objective.loaded is not None
         places = np.flatnonzero(all_used)
-        early = self._pinned(objective, x)
+        # a first fit behind a cantilever takes positions of the tip as they are, and is off by their noise
+        early = self._pinned(objective, x) if begun or spring is None else np.zeros(objective.loaded.size, dtype=bool)
         pinned = places[objective.loaded[early]]
         giving = np.zeros(0, dtype=np.intp)
         if spring is not None and not begun:
@@ -204,9 +205,13 @@ class _Start:
         n = int(early.sum())
         if n < FEWEST:
             return np.zeros(depth.size, dtype=bool)
-        above = force - np.polynomial.Polynomial.fit(depth[early], force[early], 1)(depth)
+        by_depth, stiffness, _ = objective.model.evaluate(depth, theta)
+        spring = self.part.spring_constant
+        # over the position of the cantilever's base, which has no noise; a straight line over the depth is one over it too
+        way, give = (depth, np.ones(1)) if spring is None else (depth + force / spring, 1 + stiffness / spring)
+        above = force - np.polynomial.Polynomial.fit(way[early], force[early], 1)(way)
         by_line = float(np.sum(above[early] ** 2))
-        by_model = float(np.sum((force - objective.model.evaluate(depth, theta)[0])[early] ** 2))
+        by_model = float(np.sum(((force - by_depth) / give)[early] ** 2))
         noise = np.sqrt(by_line / (n - 2))
         # ratio of likelihoods, in the noise that the line leaves; where the approach shows hysteresis the likelier one is taken
         needed = 0.0 if self._hysteresis(objective.split(x)[1]["contact"]) else (CLEAR * noise) ** 2

@@ -19,7 +19,7 @@ from flatpunch.fits.least_squares.problem import Setup, cut, enough, with_nuisan
 from flatpunch.fits.measured.curve import FEWEST, Curve, CurveError
 from flatpunch.fits.measured.cycles import refuse_plastic
 from flatpunch.fits.measured.orientation import FALLS, Approach, approaches, leap_note
-from flatpunch.fits.measured.signal import CLEAR, IN_CONTACT, SHARE, converter_step, strays, thinned, white_noise
+from flatpunch.fits.measured.signal import IN_CONTACT, SHARE, converter_step, strays, thinned, white_noise
 from flatpunch.fits.parameters.settings import Settings
 from flatpunch.fits.parameters.unknowns import Frame, frame_of
 
@@ -27,6 +27,9 @@ FARTHEST = 10.0
 """Contact points are looked for this far before the first reading, over the range of depths; a ceiling."""
 _SOLIDS = 1e-3, 1e13
 """Moduli between which those of all solids lie [Pa], a thousand times below the softest gels and ten times above diamond."""
+
+DIP = 7.0
+"""Standard deviations of the force without contact below it that are adhesion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -344,7 +347,7 @@ def _adhesion(made: Approached, settings: Settings) -> tuple[Flags, list[str]]:
     keep, fit = np.ones(made.part.depth.size, dtype=bool), made.fit
     far, size, means = dip(fit.record, fit.objective, fit.noise, fit.x, fit.end)
     rise = made.fit.most
-    if settings.adhesion == "ignore" or far < CLEAR or size < 2 * SHARE * max(rise, float(np.max(made.fit.record.y))):
+    if settings.adhesion == "ignore" or far < DIP or size < 2 * SHARE * max(rise, float(np.max(made.fit.record.y))):
         return keep, []
     force = size * made.fit.record.range
     if settings.adhesion == "refuse":

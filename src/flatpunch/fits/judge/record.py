@@ -347,7 +347,7 @@ class Record:
     def minimum(self, objective: Objective, x: Array, limits: tuple[Array, Array], end: int, white: Array) -> Minimum:
         """Least squares over the first means."""
         part = objective.first(end, white)
-        return minimise(part.evaluate, x, *limits, settled=0.05)
+        return minimise(part.evaluate, x, *limits, settled=0.05, steps=25)
 
 
 @dataclass(frozen=True, eq=False)
