@@ -17,18 +17,21 @@ u_2(r) cos 2 phi of the displacement, in the stick zone and, on half-spaces too,
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
-from flatpunch._support.checks import ROUNDING, Array
+from flatpunch._support.checks import ROUNDING, Array, Values
 from flatpunch.compliances import Kernel
 from flatpunch.compliances.tangential import TangentialResponse
 from flatpunch.contact.round.carried import RoundPressure, on_moved_surface, round_pressures
 from flatpunch.contact.round.profile import RoundProfile
 from flatpunch.contact.round.round_contact import RoundContact, round_contact
+from flatpunch.numerics.chebyshev import nodal_transform, unit_nodes
 from flatpunch.numerics.gauss import gauss
 from flatpunch.punch.family import punch_family
 
@@ -53,12 +56,15 @@ class PartialContact:
         The tip.
     contact : RoundContact
         The normal contact, one radius > 0.
+    raised : RoundProfile, optional
+        In the place of the tip on the surface that V moves.
     """
 
     kernel: Kernel
     tangential: TangentialResponse
     profile: RoundProfile
     contact: RoundContact
+    raised: RoundProfile | None = None
 
     @property
     def radius(self) -> float:
@@ -95,6 +101,8 @@ class PartialContact:
 
     @cached_property
     def _tip(self) -> RoundProfile:
+        if self.raised is not None:
+            return self.raised
         return self.profile if self.alike else on_moved_surface(self.profile, self.moved, self.radius)
 
     def sticking(self, radius: Array) -> RoundContact:
@@ -116,8 +124,10 @@ class PartialContact:
             return self.force - found.force if quantity == "tangential_force" else self.sliding - found.depth
 
         ends = held(np.array([0.0, self.radius]))
-        inside = (target < ends[0]) & (target > ends[1])
-        radius = np.where(target < ends[0], self.radius, 0.0)
+        # next to an end both values of the bracket could have one sign, by rounding
+        near = ROUNDING * ends[0]
+        inside = (target < ends[0] - near) & (target > ends[1] + near)
+        radius = np.where(target < ends[0] - near, self.radius, 0.0)
         if inside.any():
             bracket = (np.zeros(inside.sum()), np.full(inside.sum(), self.radius))
             solved = elementwise.find_root(lambda c, wanted: held(c) - wanted, bracket, args=(target[inside],))
@@ -142,19 +152,33 @@ class PartialContact:
         return np.asarray(above[np.searchsorted(cuts, radius)])
 
     @cached_property
-    def _askew(self) -> float:
-        """Largest |u_2| of the sliding contact over its displacement: the angle between slip and force.
+    def turn(self) -> float:
+        """Largest angle between slip and force where the whole contact slides, |u_2| over the slip.
 
         r^2 u_2 = -int s^2 u_0'(s) ds under every compliance, and u_0 is the sliding displacement less the tip on the moved
-        surface.
+        surface, which is the slip.
         """
         x, weights = gauss(_PLACES)
-        rho = np.arange(1, _PLACES + 1) / _PLACES
-        s = self.radius * rho[:, None] * (1 + x) / 2
-        second = self.tangential.turned * (s**2 * self._tip.slope(s)) @ weights / (2 * self.radius * rho)
+        r = self.radius * np.arange(1, _PLACES + 1) / _PLACES
+        s = r[:, None] * (1 + x) / 2
+        second = self.tangential.turned * (s**2 * self._tip.slope(s)) @ weights / (2 * r)
         if self._pressure is not None:
-            second = second + self._lateral.displacement(self.tangential.doubled, self.radius * rho, 2)
-        return float(np.abs(second).max() / self.sliding)
+            second = second + self._lateral.displacement(self.tangential.doubled, r, 2)
+        slip = self._tip.height(r)
+        # where slip does not spread from the rim the whole traction may turn
+        return float(np.divide(np.abs(second), slip, out=np.full_like(r, 2.0), where=slip > 0).max().clip(max=2.0))
+
+    @property
+    def lost(self) -> float:
+        """Largest share of the traction lost along the force: the mean of 1 - cos(angle sin 2 phi), at most angle^2/4.
+
+        Next to a stick zone the angle reaches `turned` on half-spaces, its bound.
+        """
+        return max(self.turn, abs(self.tangential.turned)) ** 2 / 4
+
+    def _ring(self, radius: Values) -> Array:
+        """Share of the force that the ring outside carries with little slip, under a traction like that of a flat punch."""
+        return np.sqrt(1 - (np.asarray(radius) / self.radius) ** 2)
 
     @cached_property
     def _lateral(self) -> RoundPressure:
@@ -165,24 +189,55 @@ class PartialContact:
     def error(self, radius: Array) -> Array:
         """Estimated relative error of force and stiffness at given displacement, at stick radii of shape (n,).
 
-        It is the largest |u_2| in the stick zone over the displacement, with the error of V; and the square of the angle between
-        slip and force times the share of the contact that slips.
+        It is the largest |u_2| in the stick zone over the displacement, with the error of V, and what the ring that slips loses.
         """
-        result = self._askew**2 * (1 - (radius / self.radius) ** 2)
+        result = self.turn**2 / 4 * self._ring(radius)
         live = np.flatnonzero(radius > 0)
         if self._pressure is None or not live.size:
             return result
-        kernel, doubled = self.tangential.kernel, self.tangential.doubled
-        found, part = self.sticking(radius[live]), 0.5 if self.kernel.graded else 1.0
+        part = 0.5 if self.kernel.graded else 1.0
         unsure = float(np.abs(self.moved(np.zeros(1), part) - self.moved(np.zeros(1)))[0])
-        unsure += punch_family(kernel).error(radius[live] / kernel.length)[0] * self.sliding
-        moved = self.sliding - found.depth
-        for i, own, flat, by in zip(live, round_pressures(kernel, found), found.responses.flat, moved, strict=True):
-            r = radius[i] * np.arange(1, _PLACES + 1) / _PLACES
-            if by < np.sqrt(ROUNDING) * self.sliding:
-                # with little slip the traction is that of a flat punch, and the difference below loses digits
-                result[i] += np.abs(replace(own, series=flat).displacement(doubled, r, 2)).max()
-            else:
-                second = self._lateral.displacement(doubled, r, 2) - own.displacement(doubled, r, 2)
-                result[i] += (np.abs(second).max() + unsure) / by
+        unsure += punch_family(self.tangential.kernel).error(radius[live] / self.kernel.length)[0] * self.sliding
+        places = np.arange(1, _PLACES + 1) / _PLACES
+        for i in live:
+            across, moved = self._across(radius[i])
+            result[i] += np.abs(across(radius[i] * places)).max() + unsure / max(
+                moved, np.sqrt(ROUNDING) * self.sliding
+            )
         return result
+
+    def _across(self, radius: float) -> tuple[Callable[[Array], Array], float]:
+        """u_2 in the stick zone over the displacement, r -> (n,), and the displacement, at a stick radius."""
+        doubled = self.tangential.doubled
+        if radius == 0:
+            return lambda r: self._lateral.displacement(doubled, r, 2) / self.sliding, self.sliding
+        found = self.sticking(np.array([radius]))
+        own, moved = round_pressures(self.tangential.kernel, found)[0], self.sliding - float(found.depth[0])
+        if moved < np.sqrt(ROUNDING) * self.sliding:
+            # with little slip the traction is that of a flat punch, and the difference below loses digits
+            flat = replace(own, series=found.responses.flat[0])
+            return lambda r: flat.displacement(doubled, r, 2), moved
+        return lambda r: (self._lateral.displacement(doubled, r, 2) - own.displacement(doubled, r, 2)) / moved, moved
+
+    def disturbed(self, radius: float, displacement: float, error: float) -> list[list[tuple[PartialContact, float]]]:
+        """Pairs of contacts that bound this one, one way and the other, and their stick radii.
+
+        In the first the displacement delta/(mu rho) is off by the relative `error`, and by the share turned turn/2 by which a
+        traction of that angle moves the axis along the force. In the second u_2 cos 2 phi acts as if it were round.
+        """
+        share = error + abs(self.tangential.turned) * self.turn / 2 * self._ring(radius)
+        nearby = displacement * np.array([1 - share, 1 + share])
+        pairs = [[(self, float(c)) for c in self.stick_radius("displacement", nearby)]]
+        if self.alike:
+            return pairs
+        across, moved = self._across(radius)
+        series = moved * nodal_transform(_PLACES) @ across(self.radius * np.sqrt((1 + unit_nodes(_PLACES)) / 2))
+
+        def other(sign: float) -> tuple[PartialContact, float]:
+            def further(r: Array) -> Array:
+                return np.asarray(sign * chebyshev.chebval(2 * (r / self.radius) ** 2 - 1, series))
+
+            contact = replace(self, raised=on_moved_surface(self._tip, further, self.radius))
+            return contact, float(contact.stick_radius("displacement", np.array([displacement]))[0])
+
+        return [*pairs, [other(-1.0), other(1.0)]]

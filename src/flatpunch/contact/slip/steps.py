@@ -98,8 +98,9 @@ def partial_slip(
     xarray.Dataset
         Along `step`: depth [m], force [N], radius [m], tangential_force [N], displacement [m], stick_radius [m],
         lateral_stiffness [N/m], dissipated_energy [J] of a cycle between +/- this displacement, error (relative, of force and
-        stiffness at given displacement: what moves across the force is left out) and valid. With `places` also pressure and
-        traction [Pa] over (step, place), place = r/radius. Attributes say what was solved; `notes` with which limits.
+        stiffness at given displacement: what moves across the force is left out) and valid. With `places` also pressure,
+        traction and traction_error [Pa] over (step, place), place = r/radius: the traction along the force in the mean over the
+        directions. Attributes say what was solved; `notes` with which limits.
 
     Raises
     ------
@@ -138,7 +139,7 @@ def partial_slip(
     wanted, row = np.broadcast_to(wanted, steps), np.broadcast_to(np.arange(control.values.size), steps)
     _check_most(quantity, wanted, curve, row, mu)
     profile, rho = mean_profile(indenter), np.arange(count) / max(count - 1, 1)
-    found, tractions, sound = np.zeros((len(_COLUMNS), steps)), np.zeros((2, steps, count)), curve.valid[row]
+    found, tractions, sound = np.zeros((len(_COLUMNS), steps)), np.zeros((3, steps, count)), curve.valid[row]
     # within a flat end no force presses
     for i in np.flatnonzero(curve.force > 0):
         contact = PartialContact(kernel, tangential, profile, round_contact(kernel, profile, curve.radius[i : i + 1]))
@@ -146,7 +147,7 @@ def partial_slip(
         found[:, here], held = _solved(contact, mu, quantity, wanted[here])
         sound[here] &= held
         if count:
-            tractions[:, here] = _tractions(contact, mu, found[2, here], rho)
+            tractions[:, here] = _tractions(contact, mu, found[:, here], rho)
     notes = first_failure(
         ~sound & curve.valid[row],
         found[2],
@@ -254,15 +255,34 @@ def _solved(contact: PartialContact, mu: float, quantity: str, wanted: Array) ->
     return np.stack([pulled, moved + beyond, stick, stiffness, np.maximum(lost, 0.0), contact.error(stick)]), sound
 
 
-def _tractions(contact: PartialContact, mu: float, stick: Array, rho: Array) -> Array:
-    """Pressure and traction [Pa] at shares rho of the radius, for stick radii of shape (n,); shape (2, n, places)."""
+def _tractions(contact: PartialContact, mu: float, found: Array, rho: Array) -> Array:
+    """Pressure, traction and its error [Pa] at shares rho of the radius, for rows of `_COLUMNS`; shape (3, n, places).
+
+    The error is that of both pressures, the traction of a contact that sticks as a whole, which is none, the change in the
+    disturbed contacts, and the share of the traction that is lost along the force or at given displacement.
+    """
     # sharp tips have infinite pressures on the axis, whose difference is finite
     r = np.maximum(rho, NEAREST) * contact.radius
-    normal, _ = grown_pressure(
+    _, displacement, stick, *_, relative = found
+    normal, unsure = grown_pressure(
         contact.kernel, lambda a: round_contact(contact.kernel, contact.profile, a), contact.radius, r
     )
-    held = [grown_pressure(contact.tangential.kernel, contact.sticking, float(c), r)[0] for c in stick]
-    return np.stack([np.broadcast_to(normal, (stick.size, r.size)), mu * (normal - np.array(held))])
+    by, share = displacement / (mu * contact.tangential.ratio), relative + contact.lost
+    whole = 0.0 if contact.alike else np.abs(normal - _held(contact, contact.radius, r)[0])
+    result = []
+    for c, delta, e, part in zip(stick, by, relative, share, strict=True):
+        own, error = _held(contact, c, r)
+        traction = mu * (normal - own)
+        for pair in contact.disturbed(c, delta, e):
+            error = error + np.abs([_held(other, radius, r)[0] - own for other, radius in pair]).max(axis=0)
+        error = mu * (unsure + error + whole) + part * np.abs(traction)
+        result.append((normal, traction, error))
+    return np.array(result).swapaxes(0, 1)
+
+
+def _held(contact: PartialContact, stick: float, r: Array) -> tuple[Array, Array]:
+    """p' of a stick radius at distances r, and its error; shape (n,) each [Pa]."""
+    return grown_pressure(contact.tangential.kernel, contact.sticking, float(stick), r)
 
 
 def _result(
@@ -293,8 +313,9 @@ def _result(
     }
     if rho.size:
         coordinates["place"] = (rho, {"long_name": "distance from the axis over the contact radius"})
-        for name, field in zip(("pressure", "traction"), tractions, strict=True):
-            data[name] = (("step", "place"), field, {"units": "Pa", "long_name": f"{name} on the contact"})
+        names = {"pressure": "pressure", "traction": "traction", "traction_error": "estimated error of the traction"}
+        for (name, what), field in zip(names.items(), tractions, strict=True):
+            data[name] = (("step", "place"), field, {"units": "Pa", "long_name": f"{what} on the contact"})
     large = found[5] > NOTABLE_FORCE
     notes += first_failure(
         large,
