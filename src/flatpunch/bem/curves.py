@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from flatpunch._support.checks import (
     CELLS,
+    FEWEST,
     Array,
     BadValue,
     Flags,
@@ -39,7 +40,7 @@ from flatpunch.bem.bounding_box import (
     solve_at,
     touches_edge,
 )
-from flatpunch.bem.grid import SMALLEST, Cells, Grid, Height, IndenterHeight, Namespace
+from flatpunch.bem.grid import Cells, Grid, Height, IndenterHeight, Namespace
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.outline import checked_angles
 from flatpunch.bem.solution import Solution, checked_effort, solution_of
@@ -141,7 +142,7 @@ def solve(
     if not isinstance(stiffness, bool):
         positive("stiffness", stiffness, "It is the largest deviation under the flat punch, or True or False.")
     if grid is not None and not isinstance(grid, Grid):
-        grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.", most=CELLS)
+        grid = whole("grid", grid, FEWEST, "It is the number of cells per side, or a Grid.", most=CELLS)
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
     hints, searched = expected_extents(half_widths, centers, targets.size), _searched(search, targets.size)
     steps = [_Step(float(t), hint, look) for t, hint, look in zip(targets, hints, searched, strict=True)]
