@@ -1,4 +1,4 @@
-"""Transforms against their sums, by either library, and that both serve the convolution alike."""
+"""Transforms against their sums, and a convolution in several threads."""
 
 from __future__ import annotations
 
@@ -17,15 +17,6 @@ from flatpunch.compliances import compliance
 SOFT = compliance(media.Medium([media.Layer(1e6, 0.5, 1.0)], media.RigidBase()))
 
 
-@pytest.fixture(params=["ducc0", "SciPy"])
-def library(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    if request.param == "ducc0":
-        pytest.importorskip("ducc0", reason="the extra `fast` is not installed")
-    else:
-        monkeypatch.setattr(transforms, "ducc", None)
-    return str(request.param)
-
-
 def lines(shape: tuple[int, int], dtype: Any = float) -> np.ndarray:
     return np.random.default_rng(3).standard_normal(shape).astype(dtype)
 
@@ -35,7 +26,6 @@ def close(found: np.ndarray, wanted: np.ndarray) -> None:
     np.testing.assert_allclose(found, wanted, rtol=0, atol=20 * precision * np.abs(wanted).max())
 
 
-@pytest.mark.usefixtures("library")
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("size", [12, 15, 16])
 def test_cosine(size: int, dtype: Any) -> None:
@@ -47,7 +37,6 @@ def test_cosine(size: int, dtype: Any) -> None:
     close(transforms.cosine(np.ascontiguousarray(values.T), (-2,)), (values @ waves).T)
 
 
-@pytest.mark.usefixtures("library")
 def test_cosine_along_both_axes() -> None:
     values = lines((6, 10))
     both = transforms.cosine(values.copy(), (0, 1))
@@ -55,7 +44,6 @@ def test_cosine_along_both_axes() -> None:
     close(transforms.cosine_back(both, (0, 1)), values)
 
 
-@pytest.mark.usefixtures("library")
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("axes", [(0,), (1,), (0, 1)])
 def test_fourier(axes: tuple[int, ...], dtype: Any) -> None:
@@ -66,22 +54,6 @@ def test_fourier(axes: tuple[int, ...], dtype: Any) -> None:
     close(transforms.fourier_back(spectrum, values.shape[axes[-1]], axes), values)
 
 
-@pytest.mark.usefixtures("library")
-def test_complex_fourier() -> None:
-    values = lines((12, 10)) + 1j * lines((12, 10))[::-1]
-    spectrum = transforms.complex_fourier(values.copy(), -2)
-    close(spectrum, np.fft.fft(values, axis=0))
-    close(transforms.complex_fourier_back(spectrum, -2), values)
-
-
-@pytest.mark.usefixtures("library")
-def test_even_transform() -> None:
-    values = lines((5, 9))
-    whole = np.pad(values, [(0, 3), (0, 7)], mode="reflect")
-    transformed = transforms.even_transform(values.copy())
-    close(transformed, np.fft.fft2(whole).real[:5, :9])
-
-
 def test_padded_is_always_another_array() -> None:
     values = lines((2, 3))
     wide = transforms.padded(values, (4, 5))
@@ -90,18 +62,10 @@ def test_padded_is_always_another_array() -> None:
     assert not np.shares_memory(transforms.padded(values, (2, 3)), values)
 
 
-@pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("mirrored", [(False, False), (True, False), (False, True), (True, True)])
-def test_both_libraries_convolve_alike(
-    mirrored: tuple[bool, bool], threads: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    pytest.importorskip("ducc0", reason="the extra `fast` is not installed")
+def test_threads_convolve_alike(mirrored: tuple[bool, bool]) -> None:
     grid = Grid(70, 90, 0.05, mirrored=mirrored)
-    pressure = lines(grid.shape)
-    fast = replace(build_operator(SOFT, grid), threads=threads)
-    displacement, change = fast.apply(pressure), fast.precondition(pressure)
-    monkeypatch.setattr(transforms, "ducc", None)
-    slow = replace(build_operator(SOFT, grid), threads=threads)
-    close(slow.spectrum, fast.spectrum)
-    close(slow.apply(pressure), displacement)
-    close(slow.precondition(pressure), change)
+    pressure, alone = lines(grid.shape), build_operator(SOFT, grid)
+    several = replace(alone, threads=2)
+    close(several.apply(pressure), alone.apply(pressure))
+    close(several.precondition(pressure), alone.precondition(pressure))

@@ -15,7 +15,7 @@ from flatpunch import bem
 from flatpunch.compliances import compliance
 from flatpunch.contact.refined.refinement import refinement
 from flatpunch.parallel.engine import MOST, shared_out
-from flatpunch.parallel.worker import dismiss
+from flatpunch.parallel.worker import _kept
 from support import pool_calls as calls
 from support.platforms import FORK, SIGNALS
 
@@ -31,6 +31,12 @@ def two_cores(monkeypatch):
 
 OTHERS = set()
 """Worker processes that earlier tests have left: those of a page stay until this process ends."""
+
+
+def dismiss():
+    """End the workers that are kept for the next round."""
+    while _kept:
+        _kept.pop().end()
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -29,6 +29,8 @@ LAYERS = 2000
 """Layers of a body at most: C(k) takes time in proportion, about a second for each solved radius at this number."""
 CELLS = 4096
 """Cells along a side in boundary elements at most: 16 million cells take some GB."""
+FEWEST = 8
+"""Cells along a side in boundary elements at least."""
 POINTS = 200_000
 """Points of a sweep or of a table of the atlas at most."""
 NUMBERS = 50_000_000

@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from flatpunch._support.checks import LARGEST, SMALLEST, Array, BadValue, numbers, positive, values
 from flatpunch._support.prefixes import text
-from flatpunch.bem.grid import Grid, Height, Mask
+from flatpunch.bem.grid import Cells, Grid, Height, Mask
+from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels
-from flatpunch.bem.solver.nested import Rough, solve_depth, solve_force
+from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
 from flatpunch.compliances import Kernel
 from flatpunch.indenters.profile import Indenter
 
@@ -192,19 +193,13 @@ def _recentred(box: Extent, grid: Grid) -> Extent:
 def _coarse_pressure(
     kernel: Kernel, height: Height, grid: Grid, asked: str, depth: float | None, force: float | None
 ) -> Array:
+    if depth is not None and not (height(grid) < depth).any():
+        return np.zeros(grid.shape)
     # gap error over the depth: the rim is known to a cell anyway
-    levels, tolerance = Levels(kernel, grid), 1e-3
+    tolerance = 1e-3
     # 932 contacts on bodies with modulus ratios up to 10 000 took at most 134 iterations
     limit = 300
-    if depth is not None:
-        if not (height(grid) < depth).any():
-            return np.zeros(grid.shape)
-        state, _ = solve_depth(levels, height, depth, tolerance, limit)
-    else:
-        assert force is not None
-        state, _ = solve_force(
-            levels, height, force, typical_depth(height, grid, force / kernel.modulus), tolerance, limit
-        )
+    state, _ = solve_at(Levels(kernel, grid), height, tolerance, limit, depth=depth, force=force)
     if not state.converged:
         raise NotConverged(
             f"{asked}: boundary elements do not converge on this body, even on {grid.nx} x {grid.ny} cells of "
@@ -214,7 +209,26 @@ def _coarse_pressure(
     return np.asarray(state.pressure)
 
 
-def typical_depth(height: Height, grid: Grid, compliance: float) -> float:
+def solve_at(
+    levels: Levels,
+    height: Height,
+    tolerance: float,
+    limit: int,
+    start: Cells = None,
+    *,
+    rough: Rough | None = None,
+    depth: float | None = None,
+    force: float | None = None,
+) -> tuple[State, Effort]:
+    """Contact at a depth [m] or a force [N]; what is known of it, `start` or `rough`, is of use at a depth only."""
+    if depth is not None:
+        return solve_depth(levels, height, depth, tolerance, limit, start, rough=rough)
+    assert force is not None
+    guess = _typical_depth(height, levels.grid, force / levels.kernel.modulus)
+    return solve_force(levels, height, force, guess, tolerance, limit)
+
+
+def _typical_depth(height: Height, grid: Grid, compliance: float) -> float:
     """A depth [m] of the order at which the contact covers a part of the grid; `compliance` is F/E* [m^2]."""
     heights = height(grid)
     finite = heights[np.isfinite(heights)]
@@ -228,7 +242,7 @@ def overlap_half_widths(indenter: Indenter, depth: float) -> tuple[float, float]
     """Half-widths of the bounding box of f < depth about the origin [m]: where the tip would cut a rigid surface."""
     phi = _directions()
     radii = _crossing(lambda r, phi: _finite(indenter, r, phi) - depth, indenter.reach_along(phi), phi)
-    return _box(radii, phi)
+    return float(np.max(np.abs(radii * np.cos(phi)))), float(np.max(np.abs(radii * np.sin(phi))))
 
 
 def loaded_half_widths(indenter: Indenter, force: float, modulus: float) -> tuple[float, float]:
@@ -262,7 +276,3 @@ def _crossing(excess: Callable[..., Array], reach: Array, *arguments: Array) -> 
     found = elementwise.bracket_root(excess, start / 2, start, xmin=0.0, xmax=reach, args=arguments)
     root = elementwise.find_root(excess, found.bracket, args=arguments, tolerances={"xrtol": 1e-3})
     return np.where(root.success, root.x, reach)
-
-
-def _box(radii: Array, phi: Array) -> tuple[float, float]:
-    return float(np.max(np.abs(radii * np.cos(phi)))), float(np.max(np.abs(radii * np.sin(phi))))

@@ -6,6 +6,7 @@ together start from the solution before, others from coarser grids.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from flatpunch._support.checks import (
     CELLS,
+    FEWEST,
     Array,
     BadValue,
     Flags,
@@ -35,16 +37,16 @@ from flatpunch.bem.bounding_box import (
     grown,
     loaded_half_widths,
     overlap_half_widths,
+    solve_at,
     touches_edge,
-    typical_depth,
 )
-from flatpunch.bem.grid import SMALLEST, Cells, Grid, Height, IndenterHeight, Namespace
+from flatpunch.bem.grid import Cells, Grid, Height, IndenterHeight, Namespace
 from flatpunch.bem.operator.convolution import to_numpy
 from flatpunch.bem.outline import checked_angles
 from flatpunch.bem.solution import Solution, checked_effort, solution_of
 from flatpunch.bem.solver.active_set import State
 from flatpunch.bem.solver.levels import Levels, announced, fitting_threads
-from flatpunch.bem.solver.nested import Effort, Rough, solve_depth, solve_force
+from flatpunch.bem.solver.nested import Effort, Rough
 from flatpunch.compliances import Kernel
 from flatpunch.indenters.profile import Indenter, check_indenter
 from flatpunch.parallel.engine import shared_out
@@ -140,15 +142,23 @@ def solve(
     if not isinstance(stiffness, bool):
         positive("stiffness", stiffness, "It is the largest deviation under the flat punch, or True or False.")
     if grid is not None and not isinstance(grid, Grid):
-        grid = whole("grid", grid, SMALLEST, "It is the number of cells per side, or a Grid.", most=CELLS)
+        grid = whole("grid", grid, FEWEST, "It is the number of cells per side, or a Grid.", most=CELLS)
     course = _Course(kernel, indenter, by_depth, grid, tolerance, limit, stiffness, angles, single)
     hints, searched = expected_extents(half_widths, centers, targets.size), _searched(search, targets.size)
     steps = [_Step(float(t), hint, look) for t, hint, look in zip(targets, hints, searched, strict=True)]
-    report = _Counted(progress, targets.size)
+    solved: list[Solution] = []
+
+    def took(more: list[Solution]) -> None:
+        solved.extend(more)
+        if progress is not None:
+            progress(len(solved), targets.size)
+
     if isinstance(grid, Grid) or xp is not np:
-        return _solve_steps(course, steps, xp, report)
+        for solution in _solutions(course, steps, xp):
+            took([solution])
+        return solved
     few = (grid or DEFAULT_CELLS) <= SHARED_CELLS
-    groups = shared_out(_solve_group, course, _together(steps), done=report.add, helped=few)
+    groups = shared_out(_solve_group, course, _together(steps), done=took, helped=few)
     return [solution for group in groups for solution in group]
 
 
@@ -174,17 +184,6 @@ class _Step:
     searched: bool
 
 
-class _Counted:
-    def __init__(self, report: Report | None, steps: int) -> None:
-        self._report, self._done, self._steps = report, 0, steps
-
-    def add(self, solutions: list[Solution]) -> None:
-        """Some more are done."""
-        self._done += len(solutions)
-        if self._report is not None:
-            self._report(self._done, self._steps)
-
-
 def _together(steps: list[_Step]) -> list[list[_Step]]:
     """Steps in a row that are close, each of which starts from the one before, in groups; all other steps by themselves."""
     groups: list[list[_Step]] = []
@@ -204,14 +203,13 @@ def _near(step: _Step, before: _Step) -> bool:
 
 
 def _solve_group(course: _Course, steps: list[_Step]) -> list[Solution]:
-    return _solve_steps(course, steps, np, _Counted(None, len(steps)))
+    return list(_solutions(course, steps, np))
 
 
-def _solve_steps(course: _Course, steps: list[_Step], xp: Namespace, report: _Counted) -> list[Solution]:
+def _solutions(course: _Course, steps: list[_Step], xp: Namespace) -> Iterator[Solution]:
     """Solutions one after the other; close steps share a chosen grid."""
     kernel, indenter, grid = course.kernel, course.indenter, course.grid
     height = IndenterHeight(indenter)
-    solutions: list[Solution] = []
     levels: Levels | None = None
     before: Levels | None = None
     state: State | None = None
@@ -239,13 +237,9 @@ def _solve_steps(course: _Course, steps: list[_Step], xp: Namespace, report: _Co
             levels, state, effort = _with_all_parts(course, levels, height, state, effort, growths)
             before = levels
             endless = indenter.reach == np.inf
-            solutions.append(
-                solution_of(
-                    levels, height, state, effort, course.tolerance, course.angles, course.stiffness, endless=endless
-                )
+            yield solution_of(
+                levels, height, state, effort, course.tolerance, course.angles, course.stiffness, endless=endless
             )
-            report.add(solutions[-1:])
-    return solutions
 
 
 def _targets(depths: Values | None, forces: Values | None) -> tuple[Array, bool]:
@@ -268,7 +262,10 @@ def _extent(course: _Course, step: _Step, height: Height, **prescribed: float) -
     """Box of a contact, and whether it is one that was only hinted at."""
     if course.indenter.has_parts:
         return _around_parts(course, height, **prescribed), False
-    first = step.hint or _first_extent(course.kernel, course.indenter, **prescribed)
+    if (first := step.hint) is None and course.by_depth:
+        first = Extent(overlap_half_widths(course.indenter, step.target), (0.0, 0.0))
+    elif first is None:
+        first = Extent(loaded_half_widths(course.indenter, step.target, course.kernel.modulus), (0.0, 0.0))
     hinted = step.hint is not None and not step.searched
     return first if hinted else find_extent(course.kernel, height, first, **prescribed), hinted
 
@@ -282,9 +279,8 @@ def _around_parts(course: _Course, height: Height, *, depth: float | None = None
     assert box.has_parts
     if force is not None:
         whole = Levels(course.kernel, Extent(*box.box(np.inf)).grid(DEFAULT_CELLS // 2, force=force))
-        guess = typical_depth(height, whole.grid, force / course.kernel.modulus)
         # a tenth of the depth more than is known on these cells
-        state, _ = solve_force(whole, height, force, guess, 1e-2, course.limit)
+        state, _ = solve_at(whole, height, 1e-2, course.limit, force=force)
         depth = (1 + SETTLED) * state.depth * whole.grid.spacing
     assert depth is not None
     return Extent(*box.box(depth))
@@ -312,33 +308,6 @@ def _with_all_parts(
     return _solve_inside(larger, height, course.tolerance, course.limit, None, growths, force=force)
 
 
-def _first_extent(
-    kernel: Kernel, indenter: Indenter, *, depth: float | None = None, force: float | None = None
-) -> Extent:
-    if depth is not None:
-        return Extent(overlap_half_widths(indenter, depth), (0.0, 0.0))
-    assert force is not None
-    return Extent(loaded_half_widths(indenter, force, kernel.modulus), (0.0, 0.0))
-
-
-def _solve(
-    levels: Levels,
-    height: Height,
-    tolerance: float,
-    limit: int,
-    start: Cells,
-    *,
-    rough: Rough | None,
-    depth: float | None = None,
-    force: float | None = None,
-) -> tuple[State, Effort]:
-    if depth is not None:
-        return solve_depth(levels, height, depth, tolerance, limit, start, rough=rough)
-    assert force is not None
-    guess = typical_depth(height, levels.grid, force / levels.kernel.modulus)
-    return solve_force(levels, height, force, guess, tolerance, limit)
-
-
 def _solve_inside(
     levels: Levels,
     height: Height,
@@ -357,7 +326,7 @@ def _solve_inside(
     looked for first: growing would leave the cells as fine as they were.
     """
     for left in range(growths, -1, -1):
-        state, effort = _solve(levels, height, tolerance, limit, start, rough=rough, **prescribed)
+        state, effort = solve_at(levels, height, tolerance, limit, start, rough=rough, **prescribed)
         contact = to_numpy(state.contact).astype(bool)
         if not touches_edge(contact):
             return levels, state, effort

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from flatpunch._support.checks import (
     CELLS,
+    FEWEST,
     Array,
     BadValue,
     follows,
@@ -40,9 +41,6 @@ Cells = Any
 
 Namespace = Any
 """Module of such a library, with the functions of the array API standard."""
-
-SMALLEST = 8
-"""Fewest cells along an axis."""
 
 
 @readable
@@ -89,7 +87,7 @@ class Grid:
         pair = tuple(switch("Grid.mirrored", each) for each in self.mirrored)
         object.__setattr__(self, "mirrored", pair)
         for name, mirrored in zip(("nx", "ny"), self.mirrored, strict=True):
-            least = -(-SMALLEST // (1 + mirrored))
+            least = -(-FEWEST // (1 + mirrored))
             hint = "It is the number of cells along an axis."
             # most cells along one axis: grids along narrow contacts are long; their product is limited as that of square ones
             object.__setattr__(self, name, whole(f"Grid.{name}", getattr(self, name), least, hint, most=16 * CELLS))
@@ -133,11 +131,11 @@ class Grid:
             raise BadValue(
                 "margin", repr(margin), "must be 100 or less: it is the free rim, in units of the half-width."
             )
-        cells = whole("cells", cells, SMALLEST, "It is the square root of the number of cells.", most=CELLS)
+        cells = whole("cells", cells, FEWEST, "It is the square root of the number of cells.", most=CELLS)
         wx, wy = wx * (1 + margin), wy * (1 + margin)
         spacing = 2 * np.sqrt(wx * wy) / cells
         nx, ny = (max(_even(2 * w / spacing), _even(2 * w / ((1 + margin) * spacing) + 6)) for w in (wx, wy))
-        return cls(max(nx, SMALLEST), max(ny, SMALLEST), spacing, center)
+        return cls(max(nx, FEWEST), max(ny, FEWEST), spacing, center)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -170,7 +168,7 @@ class Grid:
         """Grid of cells twice as wide that covers this one, about the same centre; None when it would be too small."""
         whole = self.unfolded
         nx, ny = ((n + 1) // 2 + ((n + 1) // 2) % 2 for n in (whole.nx, whole.ny))
-        if min(nx, ny) < 2 * SMALLEST:
+        if min(nx, ny) < 2 * FEWEST:
             return None
         return Grid(nx, ny, 2 * self.spacing, self.center).folded(self.mirrored)
 

@@ -15,7 +15,7 @@ from warnings import warn
 
 import numpy as np
 
-from flatpunch._support.checks import Array, FlatpunchWarning, positive, shown, whole
+from flatpunch._support.checks import CELLS, FEWEST, Array, FlatpunchWarning, positive, shown, whole
 from flatpunch._support.progress import Report
 from flatpunch._support.readable import readable
 from flatpunch.compliances import Kernel
@@ -182,13 +182,10 @@ class Refined(_Method):
     cache: str | PathLike[str] | None = None
 
     def __post_init__(self) -> None:
-        from flatpunch._support.checks import CELLS
-        from flatpunch.bem.grid import SMALLEST
-
         object.__setattr__(self, "rtol", positive("rtol", self.rtol))
         if self.cells is not None:
             object.__setattr__(
-                self, "cells", whole("cells", self.cells, SMALLEST, "It is the number of cells per side.", most=CELLS)
+                self, "cells", whole("cells", self.cells, FEWEST, "It is the number of cells per side.", most=CELLS)
             )
         if self.cache is not None:
             if not isinstance(self.cache, (str, PathLike)):
@@ -269,11 +266,11 @@ class BoundaryElements(_Method):
     progress: bool | Report | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        from flatpunch.bem.grid import SMALLEST, Grid
+        from flatpunch.bem.grid import Grid
         from flatpunch.bem.solution import check_tolerance
 
         if self.grid is not None and not isinstance(self.grid, Grid):
-            cells = whole("grid", self.grid, SMALLEST, "It is the number of cells per side, or a Grid.")
+            cells = whole("grid", self.grid, FEWEST, "It is the number of cells per side, or a Grid.")
             object.__setattr__(self, "grid", cells)
         if self.tolerance is not None:
             check_tolerance(self.tolerance, self.single)
@@ -369,9 +366,8 @@ def _cell_pressure(
     ways: list[tuple[Control, int | None]] = [(control, cells)]
     if control.name == "radius":
         from flatpunch.bem.curves import DEFAULT_CELLS
-        from flatpunch.bem.grid import SMALLEST
 
-        half = max((cells or DEFAULT_CELLS) // 2, SMALLEST)
+        half = max((cells or DEFAULT_CELLS) // 2, FEWEST)
         # an accuracy for which the solutions that come with the package are not used
         independent = Refined(rtol=FORCE_ERROR / 2, cells=half)
         depths = (way.solve(kernel, indenter, control, np.zeros(1)).depth for way in (method, independent))

@@ -30,8 +30,7 @@ from flatpunch.files.tables.design import DesignCase, DesignTable
 from flatpunch.files.tables.fields import CaseError, Count, Length, Pressure, WorkOfAdhesion, validated
 from flatpunch.files.tables.indenters import IndenterTable
 from flatpunch.files.tables.media import CaseRelaxationTable, MaterialTable, RelaxationTable, SampleTable
-from flatpunch.files.tables.slip import SlipTable
-from flatpunch.files.tables.steps import ControlTable, HistoryTable
+from flatpunch.files.tables.steps import ControlTable, HistoryTable, SlipTable
 from flatpunch.files.tables.stress import StressCase, StressTable
 from flatpunch.files.units import decimal_point
 from flatpunch.indenters.profile import Indenter

@@ -42,9 +42,8 @@ from flatpunch.stresses import Strength
 _CELLS_LEAVE = "0.1 %"
 """Error of the force that boundary elements leave on their default grid; every step has an estimate of its own."""
 
-_MOST_TERMS, _ROUND = 256, 8.0
-"""Most terms of a graded surface, and seconds that the first round contact takes with these; harmonics take as long again."""
-
+_BY_TERMS = 2.0**-13
+"""Seconds of the first round contact over the square of the number of terms of a graded surface; harmonics take as long again."""
 
 _TIMES = ((2.0, "about a second"), (30.0, "some seconds"), (120.0, "about a minute"), (3600.0, "many minutes"))
 """Words for durations below limits [s]."""
@@ -191,8 +190,7 @@ def _graded_seconds(case: Case) -> float:
     kernel = compliance(case.medium, membrane=True)
     if not kernel.graded:
         return 0.0
-    terms = sufficient_terms(kernel, 1.0) / _MOST_TERMS
-    return (_ROUND if case.indenter.round else 2 * _ROUND) * terms**2
+    return _BY_TERMS * sufficient_terms(kernel, 1.0) ** 2 * (1 if case.indenter.round else 2)
 
 
 def takes(memory: float, seconds: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
@@ -37,7 +37,10 @@ class _SurfaceTable(Table):
     section: ClassVar[str] = "surface"
     periodic: Switch | Literal["x", "y"] = True
 
-    def ended(self, rough: Topography) -> Topography:
+    def made(self, make: Callable[..., Topography], first: object) -> Topography:
+        """The surface that a function makes of its first argument and the other fields by name, with its ends."""
+        kept = [name for name in type(self).model_fields if name not in ("kind", "periodic", "cells", "file")]
+        rough = make(first, **{name: value for name in kept if (value := getattr(self, name)) is not None})
         along = self.periodic if isinstance(self.periodic, bool) else (self.periodic == "x", self.periodic == "y")
         return Topography(rough.heights, rough.spacing, along)
 
@@ -48,17 +51,16 @@ class SelfAffineTable(_SurfaceTable):
     kind: Literal["self-affine"]
     cells: Count
     spacing: Length
-    hurst: Number = 0.8
+    hurst: Number | None = None
     rms_height: Length | None = None
     rms_slope: Number | None = None
     roll_off: Length | None = None
     cut_off: Length | None = None
-    seed: Count = 0
+    seed: Count | None = None
 
     def build(self, folder: Path) -> Topography:
         """Return the surface."""
-        names = ("hurst", "rms_height", "rms_slope", "roll_off", "cut_off", "seed")
-        return self.ended(self_affine(self.cells, self.spacing, **{name: getattr(self, name) for name in names}))
+        return self.made(self_affine, self.cells)
 
 
 class MeasuredTable(_SurfaceTable):
@@ -77,14 +79,10 @@ class MeasuredTable(_SurfaceTable):
 
     def build(self, folder: Path) -> Topography:
         """Return the surface."""
-        given = {
-            name: getattr(self, name) for name in type(self).model_fields if name not in ("kind", "file", "periodic")
-        }
         try:
-            rough = read_topography(folder / self.file, **given)
+            return self.made(read_topography, folder / self.file)
         except ImportError as error:
             raise ValueError(str(error)) from None
-        return self.ended(rough)
 
 
 SurfaceTable = Annotated[

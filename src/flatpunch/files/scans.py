@@ -287,7 +287,7 @@ def _chosen(name: str, channels: list[Any], index: int | None) -> Any:
 
 def _check_size(name: str, channel: Any) -> None:
     """Refuse maps that files with compression unpack to more than can be read."""
-    if (size := 8 * math.prod(channel.nb_grid_pts)) > UNPACKED:
+    if (size := np.dtype(float).itemsize * math.prod(channel.nb_grid_pts)) > UNPACKED:
         raise _Refused(
             f"{name}: channel {channel.index}, {channel.name!r}, unpacks to {size / 1e6:.4g} MB; at most {UNPACKED / 1e6:g} MB "
             "are read. Cut the map, or export every second row and column."

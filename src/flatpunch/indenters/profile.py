@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from operator import attrgetter
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -186,6 +187,20 @@ def check_indenter(indenter: object, name: str = "indenter") -> Indenter:
     return indenter
 
 
+Shape = TypeVar("Shape", bound=type[Indenter])
+
+
+def as_of(part: str, names: str) -> Callable[[Shape], Shape]:
+    """Class decorator of tips made of another one, the field `part`: members of these names are those of that tip."""
+
+    def made(kind: Shape) -> Shape:
+        for name in names.split():
+            setattr(kind, name, property(attrgetter(f"{part}.{name}"), doc=getattr(Indenter, name).__doc__))
+        return kind
+
+    return made
+
+
 class NotRising(ValueError):
     """What was asked needs a tip that rises from one apex; the message says where this one does not."""
 
@@ -223,7 +238,4 @@ class RoundShape(Indenter):
 
     __slots__ = ()
 
-    @property
-    def round(self) -> bool:
-        """True."""
-        return True
+    round = True

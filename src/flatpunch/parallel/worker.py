@@ -171,15 +171,6 @@ def processes(count: int, *, kept: bool = False) -> Iterator[Processes]:
     team.leave()
 
 
-def dismiss() -> None:
-    """End the workers that are kept for the next round."""
-    with _lock:
-        ending = _kept.copy()
-        _kept.clear()
-    for worker in ending:
-        worker.end()
-
-
 class Processes:
     """A team of worker processes, each started with its first call."""
 

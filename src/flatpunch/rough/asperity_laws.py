@@ -14,7 +14,6 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, make_interp_spline
 from scipy.special import gamma
 
 from flatpunch._support.checks import Array
-from flatpunch.bem.operator.influence import power_exponent
 from flatpunch.bem.operator.radial import STEP, remainder_table
 from flatpunch.compliances import Kernel
 from flatpunch.contact.indentation import indent
@@ -158,7 +157,7 @@ def _table(kernel: Kernel, nearest: float, farthest: float) -> CubicSpline:
     """G, its first three Laplacians and dG/dr over ln r, times the powers r, r^3, r^5, r^7 and r^2 with which they fall."""
     t = np.arange(np.log(nearest) - 4 / _STEPS, np.log(farthest) + 4 / _STEPS, 1 / _STEPS)
     r = np.exp(t)
-    exponent = power_exponent(kernel)
+    exponent = kernel.exponent
     if exponent:
         scale = (
             float(kernel(1.0)[0]) / (2 * np.pi) * 2**exponent * gamma((1 + exponent) / 2) / gamma((1 - exponent) / 2)

@@ -15,7 +15,7 @@ from scipy.ndimage import label
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from flatpunch._support.checks import ROUNDING, Array, Flags
+from flatpunch._support.checks import FEWEST, ROUNDING, Array, Flags
 from flatpunch.bem.grid import Grid
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR, Operator, build_operator
 from flatpunch.bem.operator.periodic import periodic_operator
@@ -24,7 +24,6 @@ from flatpunch.bem.solver.levels import COARSEST
 from flatpunch.compliances import Kernel
 from flatpunch.rough.solver import COARSE, Level, Solved, at_depth, at_force
 from flatpunch.surfaces import Topography
-from flatpunch.surfaces.topography import FEWEST
 
 logger = logging.getLogger("flatpunch.rough")
 

@@ -58,11 +58,6 @@ class Axis:
     unit: str
     log: bool
 
-    @property
-    def numeric(self) -> bool:
-        """Whether the values are numbers, which can be drawn over an axis."""
-        return not any(isinstance(value, (str, bool)) for value in self.values)
-
     def text(self, i: int) -> str:
         """Return a value as people read it."""
         return value_in_words(self.values[i], self.unit)

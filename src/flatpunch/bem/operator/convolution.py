@@ -9,9 +9,6 @@ real, go first if they are even, and rows follow in blocks.
 
 Here lengths are in cells and pressures in units of E*: numbers of order one, safe in single precision.
 
-Transforms are ducc0's where that is installed and else SciPy's. ducc0 takes half the time on grids of the sizes met here: it
-works in place, and a call costs a few microseconds. Both are correct to rounding, which is all by which they differ.
-
 The approximate inverse divides by the symbol C(|k|) on the grid itself, without padding. It is positive by construction, unlike
 the transform of the truncated coefficients, whose lowest entries can be negative under stiff films. Conjugate gradients also
 want displacements extended smoothly beyond the contact (conjugate.py): `spread` is what they are averaged with.
@@ -36,11 +33,6 @@ from flatpunch.bem.operator.influence import influence_coefficients
 from flatpunch.bem.operator.radial import BLOCK, STEP
 from flatpunch.compliances import Kernel
 
-try:
-    import ducc0.fft as ducc
-except ImportError:
-    ducc = None
-
 Axes = tuple[int, ...]
 Numbers = NDArray[np.inexact]
 """Real or complex, in single or double precision."""
@@ -57,57 +49,24 @@ def padded(values: Numbers, shape: tuple[int, int]) -> Numbers:
 
 
 def cosine(values: Numbers, axes: Axes, threads: int = 1) -> Numbers:
-    """Transform of arrays that are even about half a cell before their first value (type 2); in place."""
-    if ducc is None:
-        return np.asarray(scipy.fft.dctn(values, axes=axes, workers=threads, overwrite_x=True))
-    return np.asarray(ducc.dct(values, 2, axes=axes, out=values, nthreads=threads))
+    """Transform of arrays that are even about half a cell before their first value (type 2); overwrites them."""
+    return np.asarray(scipy.fft.dctn(values, axes=axes, workers=threads, overwrite_x=True))
 
 
 def cosine_back(spectrum: Numbers, axes: Axes, threads: int = 1) -> Numbers:
-    """Inverse of `cosine`; in place."""
-    if ducc is None:
-        return np.asarray(scipy.fft.idctn(spectrum, axes=axes, workers=threads, overwrite_x=True))
-    return np.asarray(ducc.dct(spectrum, 3, axes=axes, inorm=2, out=spectrum, nthreads=threads))
+    """Inverse of `cosine`; overwrites the spectrum."""
+    return np.asarray(scipy.fft.idctn(spectrum, axes=axes, workers=threads, overwrite_x=True))
 
 
 def fourier(values: Numbers, axes: Axes, threads: int = 1) -> Numbers:
     """Transform of real arrays, of which half is kept along the last of the axes."""
-    if ducc is None:
-        return np.asarray(scipy.fft.rfftn(values, axes=axes, workers=threads))
-    return np.asarray(ducc.r2c(values, axes=axes, nthreads=threads))
+    return np.asarray(scipy.fft.rfftn(values, axes=axes, workers=threads))
 
 
 def fourier_back(spectrum: Numbers, size: int, axes: Axes, threads: int = 1) -> Numbers:
     """Inverse of `fourier`, with `size` values along the last of the axes; overwrites the spectrum."""
-    if ducc is None:
-        shape = [*(spectrum.shape[axis] for axis in axes[:-1]), size]
-        return np.asarray(scipy.fft.irfftn(spectrum, shape, axes=axes, workers=threads, overwrite_x=True))
-    return np.asarray(
-        ducc.c2r(
-            spectrum, axes=axes, lastsize=size, forward=False, inorm=2, nthreads=threads, allow_overwriting_input=True
-        )
-    )
-
-
-def complex_fourier(values: Numbers, axis: int, threads: int = 1) -> Numbers:
-    """Transform of complex arrays; in place."""
-    if ducc is None:
-        return np.asarray(scipy.fft.fft(values, axis=axis, workers=threads, overwrite_x=True))
-    return np.asarray(ducc.c2c(values, axes=(axis,), out=values, nthreads=threads))
-
-
-def complex_fourier_back(spectrum: Numbers, axis: int, threads: int = 1) -> Numbers:
-    """Inverse of `complex_fourier`; in place."""
-    if ducc is None:
-        return np.asarray(scipy.fft.ifft(spectrum, axis=axis, workers=threads, overwrite_x=True))
-    return np.asarray(ducc.c2c(spectrum, axes=(axis,), forward=False, inorm=2, out=spectrum, nthreads=threads))
-
-
-def even_transform(values: Array, threads: int = 1) -> Array:
-    """Transform of arrays that are even about their first and last values (type 1), along all axes; in place."""
-    if ducc is None:
-        return np.asarray(scipy.fft.dctn(values, type=1, workers=threads, overwrite_x=True))
-    return np.asarray(ducc.dct(values, 1, out=values, nthreads=threads))
+    shape = [*(spectrum.shape[axis] for axis in axes[:-1]), size]
+    return np.asarray(scipy.fft.irfftn(spectrum, shape, axes=axes, workers=threads, overwrite_x=True))
 
 
 BYTES_PER_CELL = 200
@@ -213,10 +172,10 @@ class Operator:
             if even:
                 block = _convolved(block, (-2,), factor, inside)
             else:
-                block = complex_fourier(block, -2, inside)
+                block = scipy.fft.fft(block, axis=-2, workers=inside, overwrite_x=True)
                 block[..., : factor.shape[0], :] *= factor
                 block[..., factor.shape[0] :, :] *= factor[my - factor.shape[0] : 0 : -1]
-                block = complex_fourier_back(block, -2, inside)
+                block = scipy.fft.ifft(block, axis=-2, workers=inside, overwrite_x=True)
             rows[..., columns] = block[..., :ny, :]
 
         self._in_blocks(convolve, range(0, rows.shape[-1], count))
@@ -261,9 +220,9 @@ def _convolved(block: Cells, axes: Axes, factor: Array, threads: int, *, even: b
     """Real values convolved along axes: their transforms, cosine ones if they are `even`, times a factor that may be larger."""
     spectrum = cosine(block, axes, threads) if even else fourier(block, axes, threads)
     spectrum *= factor[: spectrum.shape[-2], : spectrum.shape[-1]]
-    return (
-        cosine_back(spectrum, axes, threads) if even else fourier_back(spectrum, block.shape[axes[-1]], axes, threads)
-    )
+    if even:
+        return cosine_back(spectrum, axes, threads)
+    return fourier_back(spectrum, block.shape[axes[-1]], axes, threads)
 
 
 def _block(length: int) -> int:
@@ -285,7 +244,8 @@ def build_operator(
     periodic = (my // 2, mx // 2)
     unit = kernel.modulus / grid.spacing
     g = (coefficients_for(kernel, grid) if coefficients is None else coefficients) * unit
-    spectrum = even_transform(g, threads)
+    # even about their first and last values
+    spectrum = np.asarray(scipy.fft.dctn(g, type=1, workers=threads, overwrite_x=True))
     inverse = smoothing = np.empty((0, 0))
     if solving:
         k = wavenumbers(grid.spacing, periodic)

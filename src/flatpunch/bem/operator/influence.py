@@ -50,18 +50,12 @@ def influence_coefficients(kernel: Kernel, spacing: float, shape: tuple[int, int
     ndarray, shape (rows, columns)
         g [m/Pa]; absolute error below 1e-8 g[0, 0] of a half-space of the same modulus.
     """
-    exponent = power_exponent(kernel)
-    if exponent != 0.0:
-        return power_law_coefficients(kernel, exponent, spacing, shape)
+    if kernel.exponent != 0.0:
+        return power_law_coefficients(kernel, kernel.exponent, spacing, shape)
     g = kernel.limit * love_coefficients(shape) * (spacing / (np.pi * kernel.modulus))
     if not kernel.homogeneous:
         add_remainder(g, kernel, spacing)
     return g
-
-
-def power_exponent(kernel: Kernel) -> float:
-    """Exponent k of C ~ wavenumber^(k - 1); zero for every medium that is homogeneous at its surface."""
-    return kernel.exponent
 
 
 @byte_cached

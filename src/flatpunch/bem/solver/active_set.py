@@ -20,7 +20,7 @@ import numpy as np
 
 from flatpunch.bem.grid import Cells, Namespace
 from flatpunch.bem.operator.convolution import Operator
-from flatpunch.bem.solver.conjugate import Removal, dot, largest
+from flatpunch.bem.solver.conjugate import MANY, dot, largest, remove_gap
 
 DROP = 0.03
 """Reduction of the gap error by the inner loop; at twice or half, solves take 5 % longer."""
@@ -47,8 +47,8 @@ class State:
         Largest |gap| in contact over the depth; see `approach` for surfaces that repeat.
     penetration : float
         Largest penetration outside contact over the same.
-    iterations, convolutions : int
-        Inner iterations, and free-space convolutions in all.
+    iterations : int
+        Inner iterations.
     converged : bool
         Whether both errors are within the tolerance.
     """
@@ -62,7 +62,6 @@ class State:
     gap_error: float
     penetration: float
     iterations: int
-    convolutions: int
     converged: bool
 
 
@@ -138,11 +137,11 @@ def solve_contact(
     """
     xp, problem = operator.xp, _Problem(operator, height, ceiling)
     inner = operator.single() if inner is None else inner
-    iterations, convolutions, best, waited = 0, 1, np.inf, 0
+    iterations, best, waited, extended = 0, np.inf, 0, False
     zero = xp.zeros_like(height)
     # a start from coarser cells may reach beyond the end of the indenter
     now = _trial(problem, depth, problem.within(zero if start is None else xp.where(xp.isfinite(height), start, zero)))
-    removal, first_depth, slope, last = Removal(inner), depth, 0.0 if aim is None else aim.stiffness, None
+    first_depth, slope, last = depth, 0.0 if aim is None else aim.stiffness, None
     while True:
         if aim is not None:
             closed = _closed_force(problem, aim, now)
@@ -172,9 +171,11 @@ def solve_contact(
         contact = contact | _parting(problem, now)
         gap = xp.where(contact, now.gap, xp.zeros_like(now.gap))
         # the gap may be closed already where only the force is missing
-        change, count = removal(contact, gap, _drop(tolerance, error), limit - iterations)
-        now, tried = _advance(problem, depth, now, change, careful)
-        iterations, convolutions = iterations + max(count, 1), convolutions + count + tried
+        drop = _drop(tolerance, error)
+        change, count = remove_gap(inner, contact, gap, drop, limit - iterations, extended=extended)
+        extended |= count >= MANY
+        now = _advance(problem, depth, now, change, careful)
+        iterations += max(count, 1)
     return State(
         pressure=now.pressure,
         displacement=now.displacement,
@@ -185,7 +186,6 @@ def solve_contact(
         gap_error=now.gap_error,
         penetration=now.penetration,
         iterations=iterations,
-        convolutions=convolutions,
         converged=error <= tolerance,
     )
 
@@ -201,23 +201,22 @@ def _parting(problem: _Problem, now: _Trial) -> Cells:
     return (now.pressure >= problem.ceiling) & (now.gap > 0)
 
 
-def _advance(problem: _Problem, depth: float, now: _Trial, change: Cells, careful: bool) -> tuple[_Trial, int]:
-    """Take `change`, or if `careful` as much of it as lowers the energy; with the number of convolutions."""
+def _advance(problem: _Problem, depth: float, now: _Trial, change: Cells, careful: bool) -> _Trial:
+    """Take `change`, or if `careful` as much of it as lowers the energy."""
     xp = problem.operator.xp
     change = xp.astype(change, now.pressure.dtype)
     if not careful:
-        return _trial(problem, depth, problem.within(now.pressure + change)), 1
+        return _trial(problem, depth, problem.within(now.pressure + change))
     energy = _energy(xp, now)
     # differences of energy are only known to the rounding of its sum
     rounding = 64 * float(xp.finfo(now.pressure.dtype).eps) * abs(energy)
-    halvings = 12
-    for tried in range(halvings):
+    for tried in range(12):
         later = _trial(problem, depth, problem.within(now.pressure + 0.5**tried * change))
         better = max(later.gap_error, later.penetration) < max(now.gap_error, now.penetration)
         lower = _energy(xp, later) - energy
         if lower < -rounding or (lower <= rounding and better):
-            return later, tried + 1
-    return _descended(problem, depth, now, change), halvings + 1
+            return later
+    return _descended(problem, depth, now, change)
 
 
 def _descended(problem: _Problem, depth: float, now: _Trial, change: Cells) -> _Trial:
@@ -310,9 +309,11 @@ def adhering(
     # a contact between the centres of cells has no cell
     one, scale = xp.astype(contact, dtype), largest(xp, displacement) or 1.0
     p, error, iterations = xp.zeros_like(one), 1.0, 0
-    gap, removal = -displacement, Removal(operator.single())
+    gap, inner, extended = -displacement, operator.single(), False
     while error > tolerance and iterations < limit:
-        change, count = removal(contact, gap, _drop(tolerance, error), limit - iterations)
+        drop = _drop(tolerance, error)
+        change, count = remove_gap(inner, contact, gap, drop, limit - iterations, extended=extended)
+        extended |= count >= MANY
         p = p + xp.astype(change, dtype)
         gap = operator.apply(p) * one - displacement
         latest = largest(xp, gap) / scale

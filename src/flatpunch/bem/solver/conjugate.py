@@ -10,7 +10,6 @@ three to twelve times the least, and costs two convolutions on the grid itself.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,28 +18,6 @@ from flatpunch.bem.operator.convolution import Operator
 
 MANY = 6
 """Iterations of one step above which the next ones extend displacements beyond the contact; 3 or 12 cost 10 % of the time."""
-
-
-@dataclass(slots=True)
-class Removal:
-    """Removal of the gap on one contact after another.
-
-    Attributes
-    ----------
-    operator : Operator
-        Displacement from pressure, of single precision where the pressure is corrected again.
-    extended : bool
-        Whether displacements are extended beyond the contact: after a step of many iterations.
-    """
-
-    operator: Operator
-    extended: bool = False
-
-    def __call__(self, contact: Cells, gap: Cells, drop: float, limit: int) -> tuple[Cells, int]:
-        """Pressure on `contact` that reduces the gap there by the factor `drop`, with the iterations taken; see `remove_gap`."""
-        change, count = remove_gap(self.operator, contact, gap, drop, limit, extended=self.extended)
-        self.extended |= count >= MANY
-        return change, count
 
 
 def remove_gap(

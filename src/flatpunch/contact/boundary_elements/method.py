@@ -8,9 +8,9 @@ import numpy as np
 import scipy
 
 from flatpunch import bem
-from flatpunch._support.checks import Array, Flags, Indices
+from flatpunch._support.checks import FEWEST, Array, Flags, Indices
 from flatpunch._support.progress import Report, reporting
-from flatpunch.bem.grid import SMALLEST, IndenterHeight
+from flatpunch.bem.grid import IndenterHeight
 from flatpunch.bem.operator.convolution import SINGLE_FLOOR
 from flatpunch.bem.outline import enough_rays
 from flatpunch.bem.solution import reaches_end
@@ -183,7 +183,7 @@ def pressure(
 
     fine = solved(grid)
     # room for a contact that is a cell wider
-    nx, ny = (max((n + 1) // 2 + 2, SMALLEST) for n in (fine.grid.nx, fine.grid.ny))
+    nx, ny = (max((n + 1) // 2 + 2, FEWEST) for n in (fine.grid.nx, fine.grid.ny))
     coarse = solved(bem.Grid(nx, ny, 2 * fine.grid.spacing, fine.grid.center))
     points = np.column_stack([r * np.sin(phi), r * np.cos(phi)])
     values = _between(fine.grid, fine.pressure)(points)

@@ -97,17 +97,9 @@ class HeightMapTable(TiltedTable):
         """Return the indenter."""
         if self.near is not None and len(self.near) != 2:
             raise ValueError(f"near has {len(self.near)} entries; it is a point, two lengths [x, y].")
+        others = [name for name in type(self).model_fields if name not in ("kind", "file", "tilt_x", "tilt_y")]
         try:
-            tip = read_height_map(
-                folder / self.file,
-                apex=self.apex,
-                level=self.level,
-                smoothing=self.smoothing,
-                near=None if self.near is None else (self.near[0], self.near[1]),
-                reach=self.reach,
-                channel=self.channel,
-                height_scale=self.height_scale,
-            )
+            tip = read_height_map(folder / self.file, **{name: getattr(self, name) for name in others})
         except ImportError as error:
             raise ValueError(str(error)) from None
         return self.tilted(tip)

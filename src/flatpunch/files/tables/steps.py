@@ -1,4 +1,4 @@
-"""Steps of a case file: what is prescribed, as a quantity, a list or a range, and histories as lists or segments."""
+"""Steps of a case file: what is prescribed, as a quantity, a list or a range, also along the surface, and histories."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationInfo, model_validator
 
 from flatpunch._support.checks import ROUNDING, STEPS, Array, BadValue, positive, shown, values, whole
-from flatpunch.files.tables.fields import Count, Force, Length, Table, Time
+from flatpunch._support.paths import Plain
+from flatpunch.files.tables.fields import Count, Force, Length, Number, Table, Time
 
 
 class RangeTable(Table):
@@ -208,3 +209,23 @@ def _joined(segments: list[SegmentTable]) -> History:
         reached.append(before + (target - before) * share)
     minimum = -np.inf if name == "depth" else 0.0
     return History(name, np.concatenate(time), values(name, np.concatenate(reached), minimum=minimum))
+
+
+_ALONG = ("tangential_force", "stick_radius", "displacement")
+
+
+class SlipTable(Table):
+    """[slip]: friction, and at most one of tangential_force, stick_radius and displacement."""
+
+    friction: Number
+    tangential_force: ForceSteps | None = None
+    stick_radius: LengthSteps | None = None
+    displacement: LengthSteps | None = None
+
+    def build(self, folder: Path) -> Plain:
+        """Return what `partial_slip` takes by name besides the normal contact."""
+        found: Plain = {"friction": positive("friction", self.friction, "It is the coefficient of friction.")}
+        if any(getattr(self, name) is not None for name in _ALONG):
+            name, given = only_one(self, _ALONG)
+            found[name] = values(name, steps_of(given))
+        return found

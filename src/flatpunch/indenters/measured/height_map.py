@@ -106,6 +106,11 @@ class HeightMap(Indenter):
     _offset: float = field(repr=False)
     _hessian: tuple[float, float, float] = field(repr=False)
     _map: tuple[Array, Array, Array] | None = field(repr=False)
+    # the tip goes on beyond the map, where it was not measured
+    cut = True
+    # third derivatives jump from point to point of the map
+    tabulated = True
+    angular_tolerance = 1e-8
 
     @checked
     def __init__(
@@ -192,21 +197,6 @@ class HeightMap(Indenter):
     @property
     def _key(self) -> tuple[object, ...]:
         return self.digest, self.centre, self.reach, self._map is None
-
-    @property
-    def cut(self) -> bool:
-        """True: the tip goes on beyond the map, where it was not measured."""
-        return True
-
-    @property
-    def tabulated(self) -> bool:
-        """True: third derivatives jump from point to point of the map."""
-        return True
-
-    @property
-    def angular_tolerance(self) -> float:
-        """Third derivatives of the spline jump from point to point."""
-        return 1e-8
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; continued straight beyond the reach.

@@ -94,6 +94,8 @@ class RadialProfile(RoundShape):
     _smoothed: str = field(init=False, repr=False, compare=False)
     _curve: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
     _derivative: scipy.interpolate.PPoly = field(init=False, repr=False, compare=False)
+    # the second derivative jumps at the points of the table
+    tabulated = True
 
     @checked
     def __init__(
@@ -165,11 +167,6 @@ class RadialProfile(RoundShape):
                 f"{text(depth, 'm')}.",
             )
         return found
-
-    @property
-    def tabulated(self) -> bool:
-        """True: the second derivative jumps at the points of the table."""
-        return True
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together."""

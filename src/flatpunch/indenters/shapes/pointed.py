@@ -45,6 +45,7 @@ class Cone(PowerLawShape, RoundShape):
     """
 
     inclination: Inclination
+    exponent = 1.0
 
     @classmethod
     @checked
@@ -57,11 +58,6 @@ class Cone(PowerLawShape, RoundShape):
             Angle [rad], between 0 and pi/2; the inclination is pi/2 less this.
         """
         return cls(math.pi / 2 - half_opening_angle)
-
-    @property
-    def exponent(self) -> float:
-        """Exponent n = 1 of f = r^n psi."""
-        return 1.0
 
     def angular(self, phi: Array) -> Array:
         """psi(phi) = tan(inclination), in the shape of phi [rad]."""
@@ -108,6 +104,7 @@ class Pyramid(PowerLawShape):
 
     sides: Sides
     inclination: Inclination
+    exponent = 1.0
 
     @classmethod
     @checked
@@ -122,11 +119,6 @@ class Pyramid(PowerLawShape):
             Angle [rad], between 0 and pi/2; the inclination is pi/2 less this.
         """
         return cls(sides, math.pi / 2 - half_opening_angle)
-
-    @property
-    def exponent(self) -> float:
-        """Exponent n = 1 of f = r^n psi(phi)."""
-        return 1.0
 
     @property
     def corners(self) -> tuple[float, ...]:
@@ -171,6 +163,7 @@ class FacetedPyramid(PowerLawShape):
 
     directions: tuple[Annotated[float, an_angle("direction", least=-math.inf)], ...]
     inclinations: tuple[Inclination, ...]
+    exponent = 1.0
 
     def _together_(self) -> None:
         directions, slants = [direction % FULL_TURN for direction in self.directions], self.inclinations
@@ -183,11 +176,6 @@ class FacetedPyramid(PowerLawShape):
         object.__setattr__(self, "directions", tuple(d for d, _ in faces))
         object.__setattr__(self, "inclinations", tuple(a for _, a in faces))
         _check_faces(self.directions, face_gradients(self))
-
-    @property
-    def exponent(self) -> float:
-        """Exponent n = 1 of f = r^n psi(phi)."""
-        return 1.0
 
     @property
     def corners(self) -> tuple[float, ...]:

@@ -38,16 +38,12 @@ class Cylinder(RoundShape):
     """
 
     radius: Annotated[float, a_length("radius", example="5 um")]
+    flat = True
 
     @property
     def reach(self) -> float:
         """R [m]."""
         return self.radius
-
-    @property
-    def flat(self) -> bool:
-        """True."""
-        return True
 
     def height(self, r: Array, phi: Array) -> Array:
         """Gap f [m] at radii r [m] and polar angles phi [rad], broadcast together; infinite for r > R."""
@@ -97,6 +93,8 @@ class RoundedPunch(Indenter):
     half_width: Annotated[float, a_length("half-width", example="5 um")]
     corner_radius: Annotated[float, a_length("corner radius")]
     sides: Annotated[int, a_count("sides", 3, SIDES, remedy="A round end is a Cylinder.")] = 4
+    why_not_rising = "RoundedPunch has a flat end that is not round. It is solved by method='bem'."
+    rising = False
 
     def _together_(self) -> None:
         if self.corner_radius >= self.half_width:
@@ -105,16 +103,6 @@ class RoundedPunch(Indenter):
                 repr(self.corner_radius),
                 f"must be less than half_width = {self.half_width!r}, else nothing of it is flat.",
             )
-
-    @property
-    def rising(self) -> bool:
-        """False: the end is flat."""
-        return False
-
-    @property
-    def why_not_rising(self) -> str:
-        """Why only boundary elements solve it."""
-        return "RoundedPunch has a flat end that is not round. It is solved by method='bem'."
 
     def box(self, depth: float) -> tuple[tuple[float, float], tuple[float, float]]:
         """Half-widths and centre [m] of the rectangle around all that is lower than a depth [m]."""
@@ -191,6 +179,9 @@ class Roller(Indenter):
     length: Annotated[float, a_length("length", example="20 um")]
     crown: Annotated[float | None, a_length("radius of the crown")] = None
     end_radius: Annotated[float | None, a_length("radius of the ends")] = None
+    why_not_rising = (
+        "Roller is straight along y, so its contact has no outline about one apex. It is solved by method='bem'."
+    )
 
     def _together_(self) -> None:
         if self.crown is not None and self.end_radius is not None:
@@ -208,11 +199,6 @@ class Roller(Indenter):
     def rising(self) -> bool:
         """Whether it rises along y too: with a crown."""
         return self.crown is not None
-
-    @property
-    def why_not_rising(self) -> str:
-        """Why only boundary elements solve it."""
-        return "Roller is straight along y, so its contact has no outline about one apex. It is solved by method='bem'."
 
     @property
     def reach(self) -> float:

@@ -41,11 +41,7 @@ class Paraboloid(PowerLawShape, RoundShape):
     """
 
     radius: Annotated[float, a_length("radius", example="5 um")]
-
-    @property
-    def exponent(self) -> float:
-        """Exponent n = 2 of f = r^n psi."""
-        return 2.0
+    exponent = 2.0
 
     def angular(self, phi: Array) -> Array:
         """psi(phi) = 1/(2 R) [1/m], in the shape of phi [rad]."""
@@ -80,6 +76,7 @@ class EllipticParaboloid(PowerLawShape):
 
     A: Annotated[float, a_curvature("curvature A", remedy=_HALF, about=_LEVELS)]
     B: Annotated[float, a_curvature("curvature B", remedy=_HALF, about=_LEVELS)]
+    exponent = 2.0
 
     def _together_(self) -> None:
         check_slender("EllipticParaboloid", self.A, self.B)
@@ -99,11 +96,6 @@ class EllipticParaboloid(PowerLawShape):
             Radii in the planes of x and y [m], > 0; A = 1/(2 radius_x).
         """
         return cls(0.5 / radius_x, 0.5 / radius_y)
-
-    @property
-    def exponent(self) -> float:
-        """Exponent n = 2 of f = r^n psi(phi)."""
-        return 2.0
 
     @property
     def round(self) -> bool:

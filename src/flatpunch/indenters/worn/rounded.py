@@ -58,6 +58,8 @@ class Rounded(Indenter):
     radius: Annotated[float, a_length("radius of the apex")]
     true_sphere: bool = True
     _gradients: Array | None = field(init=False, repr=False, compare=False)
+    # the curvature jumps where edges and cap meet the faces, on lines across the rays
+    angular_tolerance = 1e-8
 
     def _together_(self) -> None:
         if not isinstance(self.tip, (Pyramid, FacetedPyramid, Cone)):
@@ -76,11 +78,6 @@ class Rounded(Indenter):
     def seams(self) -> tuple[float, ...]:
         """Directions of the joints, which are those of the rounded edges [rad]."""
         return self.rounded_edges
-
-    @property
-    def angular_tolerance(self) -> float:
-        """The curvature jumps where edges and cap meet the faces, on lines across the rays."""
-        return 1e-8
 
     @property
     def scales(self) -> tuple[float, ...]:

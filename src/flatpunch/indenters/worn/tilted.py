@@ -18,7 +18,7 @@ from flatpunch._support.checks import Array, refused_overflow
 from flatpunch._support.declared import an_angle
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import SAME, spread
-from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
+from flatpunch.indenters.profile import Indenter, as_of, check_indenter, check_rising
 from flatpunch.indenters.shapes.pointed import FacetedPyramid, Pyramid, face_gradients, pyramid_of
 from flatpunch.indenters.shapes.power_law import PowerLaw
 from flatpunch.indenters.shapes.smooth import EllipticParaboloid, Paraboloid
@@ -30,6 +30,7 @@ Tilt = Annotated[
 ]
 
 
+@as_of("shape", "exponent reach corners seams rounded_edges angular_tolerance crossings scales rings round")
 @readable
 @dataclass(frozen=True, slots=True)
 class Tilted(Indenter):
@@ -82,56 +83,6 @@ class Tilted(Indenter):
         shape, apex = _tilted(self.tip, math.tan(self.tilt_x), math.tan(self.tilt_y))
         object.__setattr__(self, "shape", shape)
         object.__setattr__(self, "apex", apex)
-
-    @property
-    def exponent(self) -> float | None:
-        """Exponent of the shape about its new apex."""
-        return self.shape.exponent
-
-    @property
-    def reach(self) -> float:
-        """Reach of the tip, less the shift of the apex [m]."""
-        return self.shape.reach
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """Edges about the new apex [rad]."""
-        return self.shape.corners
-
-    @property
-    def seams(self) -> tuple[float, ...]:
-        """Joints about the new apex [rad]."""
-        return self.shape.seams
-
-    @property
-    def rounded_edges(self) -> tuple[float, ...]:
-        """Rounded edges of the shape, which pass the new apex closer than its radius of curvature [rad]."""
-        return self.shape.rounded_edges
-
-    @property
-    def angular_tolerance(self) -> float:
-        """Tolerance of angular means of the shape."""
-        return self.shape.angular_tolerance
-
-    @property
-    def crossings(self) -> Callable[[Array], Array] | None:
-        """Angles at which circles cross joints of the shape, if it has such a function."""
-        return self.shape.crossings
-
-    @property
-    def scales(self) -> tuple[float, ...]:
-        """Lengths over which the shape varies [m]."""
-        return self.shape.scales
-
-    @property
-    def rings(self) -> tuple[float, ...]:
-        """Kinks about the new apex [m]."""
-        return self.shape.rings
-
-    @property
-    def round(self) -> bool:
-        """Whether the shape is round about its new apex."""
-        return self.shape.round
 
     def angular(self, phi: Array) -> Array:
         """psi(phi) of power-law shapes, in the shape of phi [rad]."""

@@ -16,9 +16,10 @@ from flatpunch._support.declared import a_length, checked
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.indenters._common import FULL_TURN, RAYS, SAME
-from flatpunch.indenters.profile import Indenter, check_indenter, check_rising
+from flatpunch.indenters.profile import Indenter, as_of, check_indenter, check_rising
 
 
+@as_of("tip", "reach corners seams round angular_tolerance")
 @readable
 @dataclass(frozen=True, slots=True)
 class Truncated(Indenter):
@@ -83,34 +84,9 @@ class Truncated(Indenter):
         return cls(tip, max(float(values.max()), -float(found.fun) * float(values.max())))
 
     @property
-    def reach(self) -> float:
-        """Reach of the tip [m]."""
-        return self.tip.reach
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """Edges of the tip beyond its flat [rad]."""
-        return self.tip.corners
-
-    @property
-    def seams(self) -> tuple[float, ...]:
-        """Joints of the tip [rad]."""
-        return self.tip.seams
-
-    @property
     def rings(self) -> tuple[float, ...]:
         """Border of the flat, radii at which it turns, and the rings of the tip beyond it [m]."""
         return tuple(sorted({*self._rings, *(ring for ring in self.tip.rings if ring > self._rings[0])}))
-
-    @property
-    def round(self) -> bool:
-        """Whether the tip is round."""
-        return self.tip.round
-
-    @property
-    def angular_tolerance(self) -> float:
-        """Tolerance of angular means of the tip; `crossings` gives the angles at which circles cross the border of the flat."""
-        return self.tip.angular_tolerance
 
     @property
     def scales(self) -> tuple[float, ...]:
