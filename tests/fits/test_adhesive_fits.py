@@ -194,6 +194,14 @@ def test_what_is_refused():
         fit(cycle, GEL, Cylinder(1e-6), **adhesive)
     with pytest.raises(ValueError, match="Give work_of_adhesion, the value to start from"):
         fit(cycle, GEL, tip, [WORK])
+    for free, given, message in (
+        (["range_of_action"], {}, "Give range_of_action, the value to start from"),
+        (["strength"], {}, "Give strength, the value to start from"),
+        ([WORK], {"strength": 1e5}, "strength = 100 kPa does not go with the indenter Pyramid"),
+        ([WORK], {"range_of_action": 1e-9}, "range_of_action = 1 nm does not go with the indenter Pyramid"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fit(cycle, GEL, Pyramid(4, 0.4), free, work_of_adhesion=W, **given)
     with pytest.raises(ValueError, match="segment = 'approach' does not go"):
         fit(cycle, GEL, tip, segment="approach", **adhesive)
     with pytest.raises(ValueError, match="segment = 'retract' does not go with this case; it is 'auto' or 'approach'"):

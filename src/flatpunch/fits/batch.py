@@ -264,7 +264,7 @@ def fit_rows(
     records: Records | None = None,
 ) -> Iterator[list[Plain]]:
     """Records of fits, chunk by chunk, in order; those kept in `records` are not made again. See `fit_batch`."""
-    model_of(sample, free, settings.method)
+    model_of(sample, free, settings.method).bounds(free)
     job = _Job(sample, free, settings, dict(reading or {}))
     keys = [None] * len(items) if records is None else keys_of(items, sample, free, settings, job.reading)
     known = {} if records is None else {i: records.known[key] for i, key in enumerate(keys) if key in records.known}

@@ -242,15 +242,10 @@ class _Start:
     def _giving(self, objective: Objective, x: Array, spring: float) -> Flags:
         """Points in contact that are past dF/dd = -k/2; judged by the piezo's position, which has no noise."""
         depth, force, theta = self._readings(objective, x)
-        way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 10_000)
-        on_branch, stiffness, _ = objective.model.evaluate(way, theta)
-        # stiffness over that of the cantilever below which points are left out: there the noise moves the tip by twice what it
-        # shows
-        past = np.flatnonzero(stiffness < -0.5 * spring)
-        if not past.size:
+        last = objective.model.about_to_snap(theta, float(depth.max()), spring)
+        if last is None:
             return np.zeros(depth.size, dtype=bool)
-        limit = way[past[-1]] + on_branch[past[-1]] / spring
-        return np.asarray(depth + force / spring < limit)
+        return np.asarray(depth + force / spring < last[0] + last[1] / spring)
 
 
 def _start(objective: Objective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:
