@@ -276,6 +276,13 @@ def test_posterior_on_the_command_line(tmp_path):
     assert draws.size == 500
 
 
+def test_priors_that_cannot_be_drawn_are_refused_before_the_fit(tmp_path):
+    """Of a sticking tip the numbers that are held, and the calibration; there is no curve to be read."""
+    path, _ = _read(tmp_path, 'work_of_adhesion = "0.1 mJ/m^2"\n' + CASE + KNOWN.replace("spring_constant", "#"))
+    done = run("fit", tmp_path / "gel.csv", path, "--posterior", tmp_path / "corner.png", exits=2)
+    assert "indenter.radius is not drawn" in done.output.replace("\n", " ")
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -277,6 +277,19 @@ def _check_knowledge(case: FitCase) -> None:
         raise ValueError("[plan] needs something to be fitted: write { fit = ... } in place of a value.")
 
 
+def check_draws(case: FitCase) -> None:
+    """Refuse priors that the posterior of the fit has no use for."""
+    if not (case.sample.adhesive or case.sample.relaxing or case.curves):
+        return
+    # each of several curves has its own contact point and background
+    drawn = [name for name in case.free if name not in case.own] + list(() if case.curves else case.settings.nuisance)
+    for name in case.priors.keys() - set(drawn):
+        raise ValueError(
+            f"priors: {name} is not drawn: numbers that are held, and the calibration, are in the posterior of a single curve "
+            f"without adhesion and relaxation only; here these are {', '.join(drawn)}. Fit it as well, or leave its prior out."
+        )
+
+
 def _check_prior(number: Place, prior: Prior) -> None:
     """Refuse a prior that excludes what the case holds for known: draws would look for a contact that nobody has described."""
     place, centre = np.array(number.value), np.array(prior.centre)
