@@ -1,13 +1,17 @@
 """Work of adhesion from the retract: the tables against the exact branch, synthetic truth, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from flatpunch.contact import pull_off
 from flatpunch.contact.physics import Physics
-from flatpunch.fits import Curve, CurveError, Sample, fit
+from flatpunch.fits import Curve, CurveError, Free, Sample, Settings, fit
 from flatpunch.fits.adhesion.model import AdhesiveModel
+from flatpunch.fits.case import FitCase
 from flatpunch.fits.pictures import fit_figure
+from flatpunch.fits.reading import reading_of
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, Truncated
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from support.pinned_curves import pinned
@@ -165,6 +169,16 @@ def test_the_truth_comes_back_with_a_range_of_action(free, spring):
     for name, truth in zip(free, (2e5, W, within), strict=False):
         assert abs(result[name] - truth) < 4 * result.estimates[name].stderr, name
     assert result.estimates[WORK].stderr < 0.05 * W
+
+
+def test_a_curve_is_read_without_the_tables_of_a_range_of_action():
+    """They would take minutes, on the page at every change of the form."""
+    curve, free = sticky(GEL, Sphere(3e-6), W, 3e-7), {YOUNG: Free(), "range_of_action": Free(maximum=1e-8)}
+    jkr = FitCase("", GEL, Sphere(3e-6), {YOUNG: Free()}, Settings(), physics=Physics(W))
+    lines = reading_of(curve, replace(jkr, free=free, physics=Physics(W, 1e-9))).lines
+    without = " (without the range of action)"
+    assert without in " ".join(lines)
+    assert [line.replace(without, "") for line in lines] == list(reading_of(curve, jkr).lines)
 
 
 def test_contacts_that_shrink_over_a_flat_end_are_named():
