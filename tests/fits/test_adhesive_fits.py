@@ -11,7 +11,7 @@ from flatpunch.fits import Curve, CurveError, Free, Sample, Settings, fit
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.case import FitCase
 from flatpunch.fits.pictures import fit_figure
-from flatpunch.fits.reading import reading_of
+from flatpunch.fits.reading import reading_of, traces
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, Truncated
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from support.pinned_curves import pinned
@@ -179,6 +179,10 @@ def test_a_curve_is_read_without_the_tables_of_a_range_of_action():
     without = " (without the range of action)"
     assert without in " ".join(lines)
     assert [line.replace(without, "") for line in lines] == list(reading_of(curve, jkr).lines)
+    # the background is that of the readings without contact, whatever the contact is taken for
+    level = float(np.median(curve.force[-80:]))
+    shown = next(force for name, _, force in traces(reading_of(curve, jkr)) if name == "baseline")
+    np.testing.assert_allclose(shown, level, atol=3e-3 * np.ptp(curve.force))
 
 
 def test_contacts_that_shrink_over_a_flat_end_are_named():

@@ -12,7 +12,9 @@ from matplotlib.figure import Figure
 from flatpunch._support.checks import Array, instance
 from flatpunch._support.prefixes import text
 from flatpunch.contact.physics import Physics
+from flatpunch.fits.adhesion.setup import free_force
 from flatpunch.fits.fitting import descended, model_of, setup_of
+from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.least_squares.problem import Setup
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.orientation import Approach, approach_of
@@ -101,7 +103,13 @@ def _start(setup: Setup) -> dict[str, float]:
     x = setup.start()
     if setup.coarse is not None or setup.objective.model.over_time:
         x = descended(setup, x, replace(setup.settings, quick=True)).x
-    return dict(setup.objective.split(x)[1])
+    rest, objective = dict(setup.objective.split(x)[1]), setup.objective
+    if isinstance(objective, Objective) and objective.loaded is not None and "baseline" in objective.nuisance:
+        # a contact that is not fitted yet must not move the background
+        level, way = free_force(objective), objective.position - objective.frame.first
+        tilt, first = np.polyfit(way, level, 1) if rest["tilt"] else (0.0, level[0])
+        rest |= {"baseline": float(first), "tilt": float(tilt)}
+    return rest
 
 
 def _about(setup: Setup, found: Approach, assumed: str) -> list[str]:
