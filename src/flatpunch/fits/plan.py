@@ -123,8 +123,9 @@ def planned(
     priors : mapping of str to Normal, LogNormal or Uniform, optional
         What is known of free parameters beforehand, as for `FitResult.posterior`; a uniform prior counts by its variance.
     **options
-        `contact`, `baseline`, `method` and `work_of_adhesion` (the retract of a sticking tip) as in `fit`; the baseline "auto"
-        counts as "linear".
+        `contact`, `baseline`, `method` and, for the retract of a sticking tip, `work_of_adhesion` with `range_of_action` or
+        `strength` as in `fit`, which leaves out readings next to the instability of a cantilever; the baseline "auto" counts as
+        "linear" where nothing sticks.
 
     Returns
     -------
