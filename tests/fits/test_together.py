@@ -245,6 +245,7 @@ def test_case_file_with_curves(tmp_path):
     assert (tmp_path / "fit.png").stat().st_size > 10_000
     table = (tmp_path / "table.csv").read_text(encoding="utf-8").splitlines()
     assert len(table) == 3
+    assert "layers[0].thickness [m],layers[0].thickness stderr [m]" in table[0]
     young = [float(line.split(",")[1]) for line in table[1:]]
     assert young[0] == young[1] == pytest.approx(5e3, rel=0.1)
 

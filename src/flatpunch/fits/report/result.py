@@ -22,7 +22,7 @@ from flatpunch._support.readable import readable, record
 from flatpunch._version import __version__
 from flatpunch.contact import method_of
 from flatpunch.fits.elastic.model import method_for
-from flatpunch.fits.parameters.sample import BESIDE, PULL_OFF
+from flatpunch.fits.parameters.sample import BESIDE, OF, PULL_OFF
 from flatpunch.fits.report.fitted import Fitted, Profile, profile
 from flatpunch.fits.report.posterior import Posterior, Prior
 from flatpunch.fits.report.sampling import draw
@@ -282,7 +282,8 @@ class FitResult(Fitted, Tabled):
 
     def to_csv(self) -> str:
         """The lines of the curves as CSV text; units are in the titles."""
-        return csv_of(self.rows(), units_in(self.rows(), self.problem.numbers))
+        numbers = {name.partition(OF)[0]: each for name, each in self.problem.numbers.items()}
+        return csv_of(self.rows(), units_in(self.rows(), numbers))
 
     def dataset(self) -> xr.Dataset:
         """Curves, fitted forces and estimates, for a file."""
