@@ -17,6 +17,8 @@ from flatpunch.cli.app import app
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "fit"
 CURVE = (EXAMPLES / "thin_gel.csv").read_bytes()
+STUCK = {"work_of_adhesion": "1 mJ/m^2", "strength": "1 MPa"}
+PYRAMID = {"indenter.kind": "pyramid", "indenter.sides": "4", "indenter.inclination": "20 deg", "indenter.radius": ""}
 
 
 def gel(**more):
@@ -105,6 +107,8 @@ def test_all_curves_of_a_file_are_fitted(ask, tmp_path, monkeypatch):
     [
         ({"layers.0.young.min": "6 kPa"}, "layers.0.young"),
         ({"layers.0.young.max": "6 kN"}, "layers.0.young"),
+        ({"layers.0.young.min": "-6 kPa"}, "layers.0.young"),
+        ({**STUCK, **PYRAMID}, "strength"),
         ({"fit.baseline": "wavy"}, "fit.baseline"),
         ({"fit.depth_to": "3 N"}, "fit.depth_to"),
         ({"curve.spring_constant": "3 N"}, "curve.spring_constant"),
@@ -112,7 +116,8 @@ def test_all_curves_of_a_file_are_fitted(ask, tmp_path, monkeypatch):
     ],
 )
 def test_problems_find_their_field(change, field):
-    found = fit_curve(gel(**change), True, Upload("thin_gel.csv", CURVE))
+    form = {name: text for name, text in gel(**change).items() if text}
+    found = fit_curve(form, True, Upload("thin_gel.csv", CURVE))
     assert [problem["field"] for problem in found["problems"]] == [field], found
 
 

@@ -1,13 +1,17 @@
 """Work of adhesion from the retract: the tables against the exact branch, synthetic truth, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from flatpunch.contact import pull_off
 from flatpunch.contact.physics import Physics
-from flatpunch.fits import Curve, CurveError, Sample, fit
+from flatpunch.fits import Curve, CurveError, Free, Sample, Settings, fit
 from flatpunch.fits.adhesion.model import AdhesiveModel
+from flatpunch.fits.case import FitCase
 from flatpunch.fits.pictures import fit_figure
+from flatpunch.fits.reading import reading_of, traces
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, Truncated
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from support.pinned_curves import pinned
@@ -167,6 +171,20 @@ def test_the_truth_comes_back_with_a_range_of_action(free, spring):
     assert result.estimates[WORK].stderr < 0.05 * W
 
 
+def test_a_curve_is_read_without_the_tables_of_a_range_of_action():
+    """They would take minutes, on the page at every change of the form."""
+    curve, free = sticky(GEL, Sphere(3e-6), W, 3e-7), {YOUNG: Free(), "range_of_action": Free(maximum=1e-8)}
+    jkr = FitCase("", GEL, Sphere(3e-6), {YOUNG: Free()}, Settings(), physics=Physics(W))
+    lines = reading_of(curve, replace(jkr, free=free, physics=Physics(W, 1e-9))).lines
+    without = " (without the range of action)"
+    assert without in " ".join(lines)
+    assert [line.replace(without, "") for line in lines] == list(reading_of(curve, jkr).lines)
+    # the background is that of the readings without contact, whatever the contact is taken for
+    level = float(np.median(curve.force[-80:]))
+    shown = next(force for name, _, force in traces(reading_of(curve, jkr)) if name == "baseline")
+    np.testing.assert_allclose(shown, level, atol=3e-3 * np.ptp(curve.force))
+
+
 def test_contacts_that_shrink_over_a_flat_end_are_named():
     def notes(thickness):
         layer, blunt = Medium([Layer(5e3, 0.45, thickness)], RigidBase()), Truncated(Sphere(5e-6), 4e-7)
@@ -194,6 +212,14 @@ def test_what_is_refused():
         fit(cycle, GEL, Cylinder(1e-6), **adhesive)
     with pytest.raises(ValueError, match="Give work_of_adhesion, the value to start from"):
         fit(cycle, GEL, tip, [WORK])
+    for free, given, message in (
+        (["range_of_action"], {}, "Give range_of_action, the value to start from"),
+        (["strength"], {}, "Give strength, the value to start from"),
+        ([WORK], {"strength": 1e5}, "strength = 100 kPa does not go with the indenter Pyramid"),
+        ([WORK], {"range_of_action": 1e-9}, "range_of_action = 1 nm does not go with the indenter Pyramid"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fit(cycle, GEL, Pyramid(4, 0.4), free, work_of_adhesion=W, **given)
     with pytest.raises(ValueError, match="segment = 'approach' does not go"):
         fit(cycle, GEL, tip, segment="approach", **adhesive)
     with pytest.raises(ValueError, match="segment = 'retract' does not go with this case; it is 'auto' or 'approach'"):

@@ -13,10 +13,10 @@ from flatpunch.contact.physics import Physics
 from flatpunch.files import CaseError, load, read_case
 from flatpunch.fits import Curve, Free, Settings, fit
 from flatpunch.fits.batch import fit_batch
-from flatpunch.fits.case import FitCase, drift, read_fit_case
+from flatpunch.fits.case import FitCase, drift, read_fit_case, seconds_of
 from flatpunch.fits.distributions import map_figure
 from flatpunch.fits.pictures import fit_figure
-from flatpunch.indenters import Sphere
+from flatpunch.indenters import Cone, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TransverselyIsotropicLayer
 from support.commands import run
 from support.synthetic_curves import synthetic
@@ -180,6 +180,8 @@ def test_batch_keeps_order_and_reasons(tmp_path):
     assert (tmp_path / "t.csv").read_text(encoding="utf-8").startswith("curve,ok,reason,layers[0].young [Pa]")
     with pytest.raises(ValueError, match=r"kept as .csv or .nc"):
         one.save(tmp_path / "t.txt")
+    with pytest.raises(ValueError, match=r"the start 5 kPa must lie between minimum 100 kPa and maximum none"):
+        fit_batch(curves, GEL, Sphere(3e-6), {YOUNG: (1e5, None)}, workers=1)
 
 
 @pytest.mark.long
@@ -258,3 +260,16 @@ def test_a_fit_that_takes_minutes_says_so_before_it_starts(capsys):
     for physics, expected in ((Physics(1e-4), ""), (Physics(1e-4, 1e-8), "This fit takes about a minute.\n")):
         _announce(FitCase("film", film, Sphere(3e-6), free, Settings(), physics=physics))
         assert capsys.readouterr().err == expected
+
+
+def test_curves_of_a_joint_fit_count_by_the_tables_that_they_need():
+    """Scaled problems under spheres are the same on a half-space, under a cone another one."""
+    case = FitCase(
+        "joint", HalfSpace(5e3, 0.5), Sphere(3e-6), {"base.young": Free()}, Settings(), physics=Physics(1e-4)
+    )
+
+    def seconds(*tips):
+        return seconds_of(replace(case, curves=tuple({"indenter": tip, "values": {}} for tip in tips)))
+
+    assert seconds(None, Sphere(5e-6)) == seconds_of(case)
+    assert seconds(None, Cone(0.4)) == 2 * seconds_of(case)

@@ -233,6 +233,21 @@ def test_records_of_a_batch_are_kept_as_it_goes(tmp_path, monkeypatch):
         fit_batch(curves, start, Paraboloid(3e-6), ["layers[0].young"], store=files[0])
 
 
+def test_slow_fits_are_kept_one_by_one(tmp_path, monkeypatch):
+    """Whatever ends a run, by the power supply too, costs no more than the fit that goes on."""
+    batch = importlib.import_module("flatpunch.fits.batch")
+    monkeypatch.setattr(batch, "_PAUSE", 0.0)
+    gel, seen, files = HalfSpace(5e3, 0.5), [], []
+    curves = [synthetic(gel, Paraboloid(3e-6), 4e-7, seed=i, points=300) for i in range(3)]
+
+    def progress(done):
+        seen.append(done)
+        files.append(len(list(tmp_path.glob("*.json"))))
+
+    fit_batch(curves, gel, Paraboloid(3e-6), ["base.young"], workers=1, store=tmp_path, progress=progress)
+    assert seen == files == [1, 2, 3]
+
+
 def test_a_histogram_counts_with_errors():
     """The interval of the median holds the median of the distribution in 95 % or a little more of samples."""
     rng, held = np.random.default_rng(1), 0

@@ -13,6 +13,7 @@ from flatpunch.indenters import Cone, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 from flatpunch.media.paths import value_of, with_values
 from support.commands import run
+from support.sticky_curves import sticky
 from support.synthetic_curves import synthetic
 
 YOUNG, THICK = "layers[0].young", "layers[0].thickness"
@@ -91,6 +92,27 @@ def test_adhesive_retract():
     # a dip below the baseline fixes the contact point: the modulus is better known than without one
     alone = planned(body, BEAD, ["base.young"], depth=3e-7, noise=1e-11, work_of_adhesion=work)
     assert alone["base.young"] < plain["base.young"]
+
+
+@pytest.mark.long
+def test_readings_near_the_instability_of_a_cantilever_are_not_planned():
+    """As in fits; with them the work of adhesion would be known 1.4 times better. Readings are even over another way there."""
+    body, names, spring = HalfSpace(5e3, 0.5), ["base.young", "work_of_adhesion"], 0.01
+    curve = sticky(body, BEAD, 1e-4, 3e-7, spring=spring, noise=0.005, points=600)
+    result = fit(curve, body, BEAD, names, work_of_adhesion=1e-4)
+    depth = result.depth[result.used]
+    plan = planned(
+        *result.case,
+        names,
+        depth=float(depth.max()),
+        before=-float(depth.min()),
+        points=depth.size,
+        noise=result.noise,
+        spring_constant=spring,
+        work_of_adhesion=result["work_of_adhesion"],
+    )
+    for name in names:
+        assert plan[name] == pytest.approx(result.estimates[name].stderr, rel=0.25), name
 
 
 def test_half_space_determines_the_contact_modulus_only():
@@ -252,6 +274,13 @@ def test_posterior_on_the_command_line(tmp_path):
         assert "500 draws" in done.output
     draws = np.genfromtxt(tmp_path / "draws.csv", delimiter=",", names=True)
     assert draws.size == 500
+
+
+def test_priors_that_cannot_be_drawn_are_refused_before_the_fit(tmp_path):
+    """Of a sticking tip the numbers that are held, and the calibration; there is no curve to be read."""
+    path, _ = _read(tmp_path, 'work_of_adhesion = "0.1 mJ/m^2"\n' + CASE + KNOWN.replace("spring_constant", "#"))
+    done = run("fit", tmp_path / "gel.csv", path, "--posterior", tmp_path / "corner.png", exits=2)
+    assert "indenter.radius is not drawn" in done.output.replace("\n", " ")
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import flatpunch as fp
+from flatpunch.fits import Normal
+from support.sticky_curves import sticky
 
 TIP, YOUNG = fp.Sphere(5e-6), ["layers[0].young"]
 GEL = fp.Medium([fp.Layer(5e3, 0.5, 2e-6)], base=fp.RigidBase())
@@ -44,6 +46,21 @@ def test_batches_note_a_thickness_that_is_not_given_for_each_curve():
     assert "takes the thickness as known" in fp.fit_batch(curves, GEL, TIP, YOUNG, workers=1).rows[1]["notes"]
     given = {"layers[0].thickness": [2e-6, 2e-6]}
     assert "thickness" not in fp.fit_batch(curves, GEL, TIP, YOUNG, workers=1, values=given).rows[1]["notes"]
+
+
+@pytest.mark.long
+def test_the_note_of_a_sticking_tip_says_what_its_posterior_takes():
+    """Numbers that are held are drawn in elastic fits of one curve only."""
+    free = [*YOUNG, "work_of_adhesion"]
+    result = fp.fit(sticky(GEL, TIP, 1e-4, 4e-7, noise=0.005), GEL, TIP, free, work_of_adhesion=1e-4)
+    known = {"layers[0].thickness": Normal(2e-6, 1e-7)}
+    (note, *_) = about(result.notes)
+    assert "Measure it; fitted as well, with a prior of it" in note
+    with pytest.raises(ValueError, match="was not fitted"):
+        result.posterior(priors=known)
+    elastic = fp.fit(curve_on(GEL), GEL, TIP, YOUNG)
+    assert "Measure it; with a prior of it" in about(elastic.notes)[0]
+    assert "layers[0].thickness" in elastic.posterior(draws=100, priors=known).numbers
 
 
 @pytest.mark.long

@@ -9,7 +9,7 @@ from flatpunch.contact import indent
 from flatpunch.files import CaseError, load
 from flatpunch.fits import Curve, CurveError, Measured, fit, fit_together, read_fit_case
 from flatpunch.fits.pictures import fit_figure
-from flatpunch.indenters import Cone, Paraboloid, Sphere
+from flatpunch.indenters import Cone, Paraboloid, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, StandardLinearSolid
 from support.commands import run
 from support.synthetic_curves import synthetic
@@ -188,6 +188,16 @@ def test_what_is_refused():
         fit_together([1, 2], *case, free=[YOUNG])
     with pytest.raises(ValueError, match="is not part of this case"):
         fit_together([c.curve for c in curves], layer(), Cone(0.3), free=["indenter.radius"])
+    # the first curve shows no adhesion: what is wrong with the second is said before any is fitted
+    for second, message in (
+        (Measured(curves[1].curve, values={THICKNESS: -1e-6}), "Layer.thickness = -1e-06 must be"),
+        (
+            Measured(curves[1].curve, indenter=Pyramid(4, 0.3)),
+            "strength = 100 kPa does not go with the indenter Pyramid",
+        ),
+    ):
+        with pytest.raises(ValueError, match=message):
+            fit_together([curves[0], second], *case, free=[YOUNG], work_of_adhesion=1e-4, strength=1e5)
     flat = dataclasses.replace(curves[0].curve, force=0 * curves[0].curve.force)
     with pytest.raises(CurveError, match="bead 0: the force is 0 N at every point"):
         fit_together([flat, curves[1]], *case, free=[YOUNG])
@@ -235,6 +245,7 @@ def test_case_file_with_curves(tmp_path):
     assert (tmp_path / "fit.png").stat().st_size > 10_000
     table = (tmp_path / "table.csv").read_text(encoding="utf-8").splitlines()
     assert len(table) == 3
+    assert "layers[0].thickness [m],layers[0].thickness stderr [m]" in table[0]
     young = [float(line.split(",")[1]) for line in table[1:]]
     assert young[0] == young[1] == pytest.approx(5e3, rel=0.1)
 
@@ -250,6 +261,7 @@ def test_mistakes_with_curves(tmp_path):
         (CASE.replace('"layers[0].thickness" =', '"layers[3].thickness" ='), r"layers\[3\].thickness is not part"),
         (CASE.replace("each = true", "each = 1"), "each = 1 must be true or false"),
         (CASE.replace('"700 nm"', '"700 Pa"'), "pressure"),
+        (CASE.replace('"700 nm"', '"-700 nm"'), "Layer.thickness = -7e-07 must be finite and > 0"),
     ):
         with pytest.raises(CaseError, match=message):
             read_fit_case(written(tmp_path, text))

@@ -81,10 +81,12 @@ def fit(
     With an output, records of a folder or map are kept beside it (table.records) until all curves are done: after an
     interruption the same command goes on from there. Curves or a case that have changed are fitted again.
     """
-    from flatpunch.fits.case import read_fit_case
+    from flatpunch.fits.case import check_draws, read_fit_case
 
     check_order(curve, case)
     loaded = read_fit_case(curve if case is None else case)
+    if posterior is not None:
+        check_draws(loaded)
     if case is None or loaded.curves:
         _check_alone(curve, case, loaded, drift)
         _fit_together(loaded, output, plot, profile, posterior, style)

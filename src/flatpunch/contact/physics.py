@@ -90,7 +90,9 @@ class Physics(Checked):
                 )
         for name, value in (("range_of_action", self.range_of_action), ("strength", self.strength)):
             if self.work_of_adhesion is None and value is not None:
-                raise BadValue(name, repr(value), "has no meaning without work_of_adhesion.")
+                raise BadValue(
+                    name, repr(value), "has no meaning without work_of_adhesion; give both, or leave it out."
+                )
         if self.range_of_action is not None and self.strength is not None:
             raise BadValue(
                 "strength",

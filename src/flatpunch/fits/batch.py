@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -45,6 +46,8 @@ Placed = tuple[Curve | Place, Mapping[str, float]]
 
 _CHUNK = 16
 """Curves between two reports of progress, whose records are kept in one file."""
+_PAUSE = 20.0
+"""Seconds after which fewer curves are reported and kept as well: fits that take minutes are not to be lost."""
 _SHOWN = 20
 """Curves that a batch shows as a table."""
 
@@ -264,7 +267,7 @@ def fit_rows(
     records: Records | None = None,
 ) -> Iterator[list[Plain]]:
     """Records of fits, chunk by chunk, in order; those kept in `records` are not made again. See `fit_batch`."""
-    model_of(sample, free, settings.method)
+    model_of(sample, free, settings.method).bounds(free)
     job = _Job(sample, free, settings, dict(reading or {}))
     keys = [None] * len(items) if records is None else keys_of(items, sample, free, settings, job.reading)
     known = {} if records is None else {i: records.known[key] for i, key in enumerate(keys) if key in records.known}
@@ -272,7 +275,7 @@ def fit_rows(
     if records is not None:
         records.reused = len(known)
     fresh: list[int] = []
-    place = 0
+    place, kept = 0, time.monotonic()
 
     def keep() -> None:
         if records is not None:
@@ -288,8 +291,9 @@ def fit_rows(
         for made in _fitted(job, [items[i] for i in missing], workers):
             known |= {missing[i]: row for i, row in made}
             fresh.extend(missing[i] for i, _ in made)
-            if len(fresh) >= _CHUNK:
+            if len(fresh) >= _CHUNK or time.monotonic() - kept >= _PAUSE:
                 keep()
+                kept = time.monotonic()
                 if rows := ready():
                     yield rows
     except KeyboardInterrupt:

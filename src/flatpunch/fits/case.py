@@ -53,7 +53,7 @@ from flatpunch.fits.report.plans import Plan, PlanScan
 from flatpunch.fits.report.posterior import Prior
 from flatpunch.fits.report.result import FitResult
 from flatpunch.fits.report.table import between, unit_of
-from flatpunch.fits.together import Measured
+from flatpunch.fits.together import Measured, sample_at
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace
 from flatpunch.media.material import young_and_poisson
@@ -254,6 +254,13 @@ def _check_curves(case: FitCase) -> None:
         raise ValueError(
             "curves has one entry; two or more are fitted together. Give a single one on the command line."
         )
+    for sample in _samples(case):
+        sample.check(case.free)
+
+
+def _samples(case: FitCase) -> list[Sample]:
+    """The sample at the place of each curve that the case names; otherwise that of the case."""
+    return [sample_at(case.sample, curve["indenter"], curve["values"]) for curve in case.curves] or [case.sample]
 
 
 def _check_knowledge(case: FitCase) -> None:
@@ -268,6 +275,19 @@ def _check_knowledge(case: FitCase) -> None:
         )
     if case.plan and not case.free:
         raise ValueError("[plan] needs something to be fitted: write { fit = ... } in place of a value.")
+
+
+def check_draws(case: FitCase) -> None:
+    """Refuse priors that the posterior of the fit has no use for."""
+    if not (case.sample.adhesive or case.sample.relaxing or case.curves):
+        return
+    # each of several curves has its own contact point and background
+    drawn = [name for name in case.free if name not in case.own] + list(() if case.curves else case.settings.nuisance)
+    for name in case.priors.keys() - set(drawn):
+        raise ValueError(
+            f"priors: {name} is not drawn: numbers that are held, and the calibration, are in the posterior of a single curve "
+            f"without adhesion and relaxation only; here these are {', '.join(drawn)}. Fit it as well, or leave its prior out."
+        )
 
 
 def _check_prior(number: Place, prior: Prior) -> None:
@@ -374,14 +394,16 @@ def describe_fit(case: FitCase) -> Iterator[str]:
 
 
 def seconds_of(case: FitCase) -> float:
-    """Time of the first curve: tables over the shape of the problem, with six nodes along each of its free numbers."""
+    """Time of the first curves: tables over the shape of the problem, with six nodes along each of its free numbers."""
     if case.sample.relaxing:
         return 1.0
     free = [name for name in case.free if name not in NUISANCE]
     if case.sample.adhesive:
         # with a range of action contacts are searched over c
         table = 0.3 if case.sample.physics.within is None else 2.0
-        return table * float(KNOTS) ** AdhesiveModel(case.sample, tuple(free)).shapes
+        # curves of one family share its tables
+        families = {AdhesiveModel(sample, tuple(free)).family for sample in _samples(case)}
+        return table * sum(float(KNOTS) ** len(family.coordinates) for family in families)
     if case.correct and not free:
         free = [DRIFTING]
     shapes = len(scaling(case.medium, case.indenter, free).coordinates)

@@ -39,6 +39,7 @@ from flatpunch.fits.parameters.unknowns import FAR
 from flatpunch.fits.report.errors import about_curve, reported
 from flatpunch.fits.report.findings import judged, limits_of_theory
 from flatpunch.fits.report.result import FitResult
+from flatpunch.fits.report.sampling import draws_held
 from flatpunch.fits.viscoelastic import HistoryModel, history_setup
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
@@ -243,8 +244,9 @@ def about_thicknesses(result: FitResult, measured: Collection[str] = ()) -> tupl
                 change, low, high = (end / e.value - 1 for end in (value, e.low, e.high))
                 notes.append(
                     f"{free} changes by {change:+.1%} where {name} is {OFF:.0%} larger than the {text(number.value, 'm')} given; "
-                    f"its interval, {low:+.1%} to {high:+.1%}, takes the thickness as known. Measure it; with a prior of "
-                    "it the posterior contains its uncertainty (posterior(priors=...), or [priors] and --posterior)."
+                    f"its interval, {low:+.1%} to {high:+.1%}, takes the thickness as known. Measure it; "
+                    f"{'' if draws_held(problem) else 'fitted as well, '}with a prior of it the posterior contains its "
+                    "uncertainty (posterior(priors=...), or [priors] and --posterior)."
                 )
     return tuple(notes)
 

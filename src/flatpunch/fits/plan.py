@@ -123,8 +123,9 @@ def planned(
     priors : mapping of str to Normal, LogNormal or Uniform, optional
         What is known of free parameters beforehand, as for `FitResult.posterior`; a uniform prior counts by its variance.
     **options
-        `contact`, `baseline`, `method` and `work_of_adhesion` (the retract of a sticking tip) as in `fit`; the baseline "auto"
-        counts as "linear".
+        `contact`, `baseline`, `method` and, for the retract of a sticking tip, `work_of_adhesion` with `range_of_action` or
+        `strength` as in `fit`, which leaves out readings next to the instability of a cantilever; the baseline "auto" counts as
+        "linear" where nothing sticks.
 
     Returns
     -------
@@ -180,7 +181,7 @@ def planned(
     path = positive("before", deepest / 2 if before is None else before, "It is the path without contact.", unit="m")
     spring = None if spring_constant is None else positive("spring_constant", spring_constant, unit="N/m")
     readings = np.linspace(-path, deepest, count)
-    stiffness, by_theta = _curve(sample, names, readings, chosen)
+    stiffness, by_theta = _curve(sample, names, readings, chosen, spring)
     rows = dict(zip(names, by_theta, strict=True))
     columns = {"contact": -stiffness, "baseline": np.ones(count), "tilt": readings - readings[0]}
     jacobian = np.array([rows[name] if name in rows else columns[name] for name in (*names, *chosen.nuisance)])
@@ -191,13 +192,17 @@ def planned(
     return _judged(sample, names, chosen, jacobian / scatter, dict(priors or {}), title)
 
 
-def _curve(sample: Sample, names: tuple[str, ...], readings: Array, settings: Settings) -> tuple[Array, Array]:
+def _curve(
+    sample: Sample, names: tuple[str, ...], readings: Array, settings: Settings, spring: float | None
+) -> tuple[Array, Array]:
     """Stiffness [N/m] and derivatives by the internal parameters at the readings."""
     stiffness, by_theta = np.zeros(readings.size), np.zeros((len(names), readings.size))
     if sample.adhesive:
         model = AdhesiveModel(sample, names)
         theta = model.start()
-        inside = readings >= model.pull_off(theta)[0]
+        # fits leave out what is near the instability of a cantilever
+        snap = None if spring is None else model.about_to_snap(theta, float(readings.max()), spring)
+        inside = readings >= model.pull_off(theta)[0] if snap is None else readings > snap[0]
         _, stiffness[inside], by_theta[:, inside] = model.evaluate(readings[inside], theta)
         return stiffness, by_theta
     inside = readings > 0

@@ -11,11 +11,14 @@ from matplotlib.figure import Figure
 
 from flatpunch._support.checks import Array, instance
 from flatpunch._support.prefixes import text
+from flatpunch.contact.physics import Physics
+from flatpunch.fits.adhesion.setup import free_force
 from flatpunch.fits.fitting import descended, model_of, setup_of
+from flatpunch.fits.least_squares.objective import Objective
 from flatpunch.fits.least_squares.problem import Setup
 from flatpunch.fits.measured.curve import Curve, CurveError
 from flatpunch.fits.measured.orientation import Approach, approach_of
-from flatpunch.fits.parameters.sample import Sample
+from flatpunch.fits.parameters.sample import WORK, Sample
 from flatpunch.fits.parameters.settings import Settings, as_free
 from flatpunch.indenters import Paraboloid
 from flatpunch.media import HalfSpace
@@ -70,10 +73,18 @@ class Reading:
 
 
 def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
-    """Find what a fit would find before it searches; by default with a paraboloid on a half-space, enough for the contact."""
+    """Find what a fit would find before it searches; by default with a paraboloid on a half-space, enough for the contact.
+
+    Of tips with a range of action the contact begins where JKR theory has it.
+    """
     sample = Sample(HalfSpace(1e3, 0.5), Paraboloid(1e-6)) if case is None else case.sample
     free = as_free(["base.young"]) if case is None else case.free
     settings = Settings() if case is None else case.settings
+    assumed = " (for a paraboloid on a half-space)" if case is None else ""
+    if sample.physics.within is not None:
+        # whose tables take minutes
+        sample, assumed = replace(sample, physics=Physics(sample.value(WORK))), " (without the range of action)"
+        free = {name: free[name] for name in free if name in sample.numbers}
     lines = list(curve.meta.get("read", ()))
     found = setup = None
     try:
@@ -81,7 +92,7 @@ def reading_of(curve: Curve, case: FitCase | None = None) -> Reading:
         lines += found.found
         model = model_of(sample, free, settings.method)
         setup = setup_of(curve, model, model.bounds(free), settings)
-        lines += _about(setup, found, "" if case is not None else " (for a paraboloid on a half-space)")
+        lines += _about(setup, found, assumed)
     except CurveError as error:
         lines += [f"refused: {error}", OVERRIDES]
     return Reading(curve, found, setup, tuple(lines))
@@ -92,7 +103,13 @@ def _start(setup: Setup) -> dict[str, float]:
     x = setup.start()
     if setup.coarse is not None or setup.objective.model.over_time:
         x = descended(setup, x, replace(setup.settings, quick=True)).x
-    return dict(setup.objective.split(x)[1])
+    rest, objective = dict(setup.objective.split(x)[1]), setup.objective
+    if isinstance(objective, Objective) and objective.loaded is not None and "baseline" in objective.nuisance:
+        # a contact that is not fitted yet must not move the background
+        level, way = free_force(objective), objective.position - objective.frame.first
+        tilt, first = np.polyfit(way, level, 1) if rest["tilt"] else (0.0, level[0])
+        rest |= {"baseline": float(first), "tilt": float(tilt)}
+    return rest
 
 
 def _about(setup: Setup, found: Approach, assumed: str) -> list[str]:

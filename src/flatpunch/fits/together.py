@@ -17,7 +17,7 @@ import numpy as np
 from flatpunch._support.checks import ROUNDING, TINY, Array, BadValue, instance, mapping, real
 from flatpunch._support.readable import readable
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fits.fitting import about_thicknesses, descended, effort, model_of, setup_of, unfinished
+from flatpunch.fits.fitting import Model, about_thicknesses, descended, effort, model_of, setup_of, unfinished
 from flatpunch.fits.least_squares.minimum import minimise
 from flatpunch.fits.least_squares.problem import Problem, Setup
 from flatpunch.fits.measured.curve import Curve, CurveError, check_curves
@@ -134,8 +134,9 @@ def fit_together(
     shared, each = as_free(free), as_free(own)
     sample = Sample(medium, indenter, physics)
     _check(measured, shared, each, chosen)
+    models = [_model(m, sample, {**shared, **each}, chosen) for m in measured]
     # where each curve begins need not be its minimum
-    alone = [_alone(m, sample, {**shared, **each}, replace(chosen, quick=True)) for m in measured]
+    alone = [_alone(m.curve, *model, replace(chosen, quick=True)) for m, model in zip(measured, models, strict=True)]
     return _joined(
         Problem.of([setup for setup, _ in alone], [x for _, x in alone], len(shared)),
         chosen,
@@ -175,16 +176,26 @@ def _check(
         raise BadValue("loss", repr(settings.loss), "does not go with fit_together; it is 'linear'.")
 
 
-def _alone(measured: Measured, sample: Sample, free: Mapping[str, Free], settings: Settings) -> tuple[Setup, Array]:
-    """The problem of one curve, and its own best amplitude, contact point and background."""
-    here = replace(sample, indenter=sample.indenter if measured.indenter is None else measured.indenter).replaced(
-        dict(measured.values)
-    )
+def sample_at(sample: Sample, indenter: Indenter | None, values: Mapping[str, float]) -> Sample:
+    """A sample at the place of one curve, with its own tip, if it has one, and values."""
+    return (sample if indenter is None else replace(sample, indenter=indenter)).replaced(values)
+
+
+def _model(
+    measured: Measured, sample: Sample, free: Mapping[str, Free], settings: Settings
+) -> tuple[Model, tuple[Array, Array]]:
+    """The model of one curve and its limits."""
+    here = sample_at(sample, measured.indenter, measured.values)
     # limits and starts of the fit hold where the place says nothing
     wanted = {name: replace(f, start=None) if name in measured.values else f for name, f in free.items()}
     check_free(here, wanted)
     model = model_of(here, wanted, settings.method)
-    setup = setup_of(measured.curve, model, model.bounds(wanted), settings)
+    return model, model.bounds(wanted)
+
+
+def _alone(curve: Curve, model: Model, limits: tuple[Array, Array], settings: Settings) -> tuple[Setup, Array]:
+    """The problem of one curve, and its own best amplitude, contact point and background."""
+    setup = setup_of(curve, model, limits, settings)
     x = _amplitude(setup, setup.start(), settings)
     while setup.again is not None and (narrower := setup.again(x)) is not None:
         setup = narrower

@@ -16,7 +16,7 @@ from flatpunch._support.checks import Array, BadValue, FlatpunchWarning, shown
 from flatpunch._support.prefixes import text
 from flatpunch.compliances import compliance
 from flatpunch.contact import MethodName
-from flatpunch.contact.adhesion.case import adhesive_case, check_range
+from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indentation import indent
 from flatpunch.contact.physics import Physics
@@ -78,8 +78,6 @@ class AdhesiveModel(FreeParameters):
         if not tip.round and tip.exponent is None:
             # says what can be done
             adhesive_case(compliance(medium), tip, self.sample.value(WORK))
-        if self.sample.physics.within is not None:
-            check_range(compliance(medium), tip, self.sample.physics.within)
         object.__setattr__(self, "method", adhesive_method(tip, self.method))
         free = [name for name in self.free if name not in ADHESION]
         found = scaling(medium, tip, free, numbers=self.numbers)
@@ -99,9 +97,9 @@ class AdhesiveModel(FreeParameters):
         object.__setattr__(self, "_tables", branch_tables(family, family.names))
 
     @property
-    def shapes(self) -> int:
-        """In how many numbers the branch is more than scaled."""
-        return len(self._tables.family.coordinates)
+    def family(self) -> BranchFamily:
+        """What models must have in common to share tables."""
+        return self._tables.family
 
     @property
     def tabulated(self) -> bool:
@@ -145,6 +143,16 @@ class AdhesiveModel(FreeParameters):
         branch = self.branch(theta, 0.0)
         state = branch.at(np.array([branch.fold]))
         return float(state.depth[0]), float(state.force[0])
+
+    def about_to_snap(self, theta: Array, deepest: float, spring: float) -> tuple[float, float] | None:
+        """Largest depth and its force at which dF/dd is below -k/2 behind a cantilever of stiffness k; None if it is nowhere.
+
+        Nearer to its instability, dF/dd = -k, noise moves the tip by more than twice what it shows.
+        """
+        way = np.linspace(self.pull_off(theta)[0], deepest, 10_000)
+        force, stiffness, _ = self.evaluate(way, theta)
+        past = np.flatnonzero(stiffness < -0.5 * spring)
+        return (float(way[past[-1]]), float(force[past[-1]])) if past.size else None
 
     def opening(self, theta: Array, deepest: float) -> float:
         """Depth [m] at which a contact that was made without adhesion at `deepest` begins to shrink when it is pulled."""

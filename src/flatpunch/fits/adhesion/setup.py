@@ -146,7 +146,7 @@ class _Start:
         """Depth 0 lies between where the tip lets go and where the force is back at the baseline."""
         assert objective.loaded is not None
         depth = objective.depth[objective.loaded]
-        force = (objective.force - _free_force(objective))[objective.loaded]
+        force = (objective.force - free_force(objective))[objective.loaded]
         pressing = depth[force > 0]
         low = float(depth.min())
         high = float(pressing.min()) if pressing.size else float(depth.max())
@@ -242,15 +242,10 @@ class _Start:
     def _giving(self, objective: Objective, x: Array, spring: float) -> Flags:
         """Points in contact that are past dF/dd = -k/2; judged by the piezo's position, which has no noise."""
         depth, force, theta = self._readings(objective, x)
-        way = np.linspace(objective.model.pull_off(theta)[0], float(depth.max()), 10_000)
-        on_branch, stiffness, _ = objective.model.evaluate(way, theta)
-        # stiffness over that of the cantilever below which points are left out: there the noise moves the tip by twice what it
-        # shows
-        past = np.flatnonzero(stiffness < -0.5 * spring)
-        if not past.size:
+        last = objective.model.about_to_snap(theta, float(depth.max()), spring)
+        if last is None:
             return np.zeros(depth.size, dtype=bool)
-        limit = way[past[-1]] + on_branch[past[-1]] / spring
-        return np.asarray(depth + force / spring < limit)
+        return np.asarray(depth + force / spring < last[0] + last[1] / spring)
 
 
 def _start(objective: Objective, lower: Array, upper: Array, between: tuple[float, float]) -> Array:
@@ -272,7 +267,7 @@ def _start(objective: Objective, lower: Array, upper: Array, between: tuple[floa
         rows[:, loaded] = model.evaluate((depth - contacts[:, None]).ravel(), theta)[0].reshape(contacts.size, -1)
         return rows
 
-    theta = _matched(model, (moduli, works), depth - np.mean(between), (coarse.force - _free_force(coarse))[loaded])
+    theta = _matched(model, (moduli, works), depth - np.mean(between), (coarse.force - free_force(coarse))[loaded])
     thetas = np.repeat(theta[None], RATIOS if works or moduli else 1, axis=0)
     thetas[:, works or moduli] += np.log(10) * np.linspace(-1, 1, len(thetas))[:, None]
     found = tried(coarse, thetas, between, force, [*moduli, *works] if works and moduli else ())
@@ -281,7 +276,7 @@ def _start(objective: Objective, lower: Array, upper: Array, between: tuple[floa
     return min((minimise(coarse.evaluate, x, lower, upper, settled=ROUGH) for x in starts), key=lambda end: end.cost).x
 
 
-def _free_force(objective: Objective) -> Array:
+def free_force(objective: Objective) -> Array:
     """Background through the points without contact [N]."""
     fitted = [name for name in objective.nuisance if name != "contact"]
     if "baseline" not in fitted:

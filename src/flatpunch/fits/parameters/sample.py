@@ -10,10 +10,13 @@ from typing import Any, NamedTuple, Self, cast
 
 import numpy as np
 
-from flatpunch._support.checks import TINY, instance, shown
+from flatpunch._support.checks import TINY, BadValue, instance, shown
 from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
+from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
+from flatpunch.compliances import compliance
 from flatpunch.compliances.kernel import check_no_membrane
+from flatpunch.contact.adhesion.case import check_range
 from flatpunch.contact.physics import ELASTIC, Physics, PhysicsOf
 from flatpunch.contact.viscoelastic import check_medium
 from flatpunch.indenters.profile import Indenter, check_indenter
@@ -199,6 +202,8 @@ class Sample:
                 "The curve of a flat end is a straight line whatever the work of adhesion, which shows in the pull-off force "
                 "alone. Compare the measured one with flatpunch.pull_off(...)."
             )
+        if self.physics.within is not None:
+            _check_range(self.medium, self.indenter, self.physics.within, self.physics.strength)
         relaxation = self.physics.relaxation
         if relaxation is not None:
             if not isinstance(relaxation, (Prony, StandardLinearSolid, PowerLawRelaxation)):
@@ -229,8 +234,8 @@ class Sample:
         check_names(names, self.numbers, self._advice)
 
     def _advice(self, name: str) -> str:
-        if name == WORK:
-            return " Give work_of_adhesion, the value to start from."
+        if name in ADHESION:
+            return f" Give {name}, the value to start from."
         if name == "relaxation.time" and isinstance(self.physics.relaxation, PowerLawRelaxation):
             return " The time of a power law is that at which the modulus is young: fit young, and keep the time."
         return " Give relaxation, with values to start from." if name.startswith("relaxation") else ""
@@ -251,6 +256,16 @@ class Sample:
         if law:
             physics = replace(physics, relaxation=law_with(physics.relaxation, law))
         return Sample(medium, indenter, physics)
+
+
+def _check_range(medium: Body, indenter: Indenter, within: float, strength: float | None) -> None:
+    """Refuse what is solved without a range of action only, by the name of the number that was given."""
+    try:
+        check_range(compliance(medium), indenter, within)
+    except BadValue as fault:
+        if strength is None:
+            raise
+        raise BadValue(STRENGTH, text(strength, "Pa"), fault.text) from None
 
 
 def normalised(law: Prony) -> bool:

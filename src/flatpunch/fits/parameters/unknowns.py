@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 import xarray as xr
 
-from flatpunch._support.checks import ROUNDING, Array, BadValue, real
+from flatpunch._support.checks import ROUNDING, Array, BadValue
 from flatpunch._support.declared import Place
 from flatpunch._support.prefixes import text
 from flatpunch.fits.measured.curve import Curve
@@ -191,12 +191,11 @@ def _between(number: Place, start: float, limits: Free, ends: tuple[float, float
 
 
 def _limit(number: Place, which: str, value: float) -> float:
-    scale, name = Scale.of(number), f"{number.path} {which}"
-    value = real(name, value)
+    scale, words = Scale.of(number), f": {which} {text(value, number.number.unit or '')}"
     if scale.form != "plain" and value <= 0:
-        raise ValueError(f"{name} = {value!r} must be > 0.")
+        raise BadValue(number.path, "", f"{words} must be > 0.")
     if scale.form == "slope" and value > np.pi / 2:
-        raise ValueError(f"{name} = {value!r} must not exceed pi/2.")
+        raise BadValue(number.path, "", f"{words} must not exceed pi/2.")
     return scale.internal(value)
 
 

@@ -22,7 +22,7 @@ from flatpunch._support.readable import readable, record
 from flatpunch._version import __version__
 from flatpunch.contact import method_of
 from flatpunch.fits.elastic.model import method_for
-from flatpunch.fits.parameters.sample import BESIDE, PULL_OFF
+from flatpunch.fits.parameters.sample import BESIDE, OF, PULL_OFF
 from flatpunch.fits.report.fitted import Fitted, Profile, profile
 from flatpunch.fits.report.posterior import Posterior, Prior
 from flatpunch.fits.report.sampling import draw
@@ -197,11 +197,12 @@ class FitResult(Fitted, Tabled):
         draws : int
             Number of draws returned, evenly from chains of 20 to 50 autocorrelation times, the more the more draws.
         priors : mapping of str to Normal, LogNormal or Uniform, optional
-            By parameter, SI: of fitted ones, the contact point "contact" and the background. Where one curve was fitted, also of
-            numbers of the case that were held in the fit, which are then drawn as well ("layers[0].thickness" from ellipsometry,
-            "indenter.radius"); of the "spring_constant" [N/m], and of the "sensitivity" relative to the one used. A calibration
-            with an uncertainty in the curve has one. Without a prior, logarithms of moduli, lengths, times and slopes are
-            uniform, Poisson ratios, contact and background as they are, within the limits of the fit.
+            By parameter, SI: of fitted ones, the contact point "contact" and the background. Where one curve was fitted without
+            adhesion and relaxation, also of numbers of the case that were held in the fit, which are then drawn as well
+            ("layers[0].thickness" from ellipsometry, "indenter.radius"); of the "spring_constant" [N/m], and of the
+            "sensitivity" relative to the one used. A calibration with an uncertainty in the curve has one. Without a prior,
+            logarithms of moduli, lengths, times and slopes are uniform, Poisson ratios, contact and background as they are,
+            within the limits of the fit.
         seed : int
             Of the random numbers; the same seed gives the same draws.
         progress : bool or callable, optional
@@ -281,7 +282,8 @@ class FitResult(Fitted, Tabled):
 
     def to_csv(self) -> str:
         """The lines of the curves as CSV text; units are in the titles."""
-        return csv_of(self.rows(), units_in(self.rows(), self.problem.numbers))
+        numbers = {name.partition(OF)[0]: each for name, each in self.problem.numbers.items()}
+        return csv_of(self.rows(), units_in(self.rows(), numbers))
 
     def dataset(self) -> xr.Dataset:
         """Curves, fitted forces and estimates, for a file."""

@@ -100,6 +100,11 @@ def _moved(positions: Array, result: Fitted, density: LogPosterior, rng: np.rand
     return np.where(inside, moved, positions)
 
 
+def draws_held(problem: Problem) -> bool:
+    """Whether numbers of the case that were held, and the calibration, can be drawn as well."""
+    return len(problem.setups) == 1 and at_once(problem.parts[0])
+
+
 def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Array]:
     """The density, and where the fit ended."""
     problem, x, assumed = result.problem, result.minimum.x, {}
@@ -109,7 +114,7 @@ def _density(result: Fitted, given: dict[str, Prior]) -> tuple[LogPosterior, Arr
                 f"priors[{shown(name)}] = {shown(prior)} must be Normal(mean, std), LogNormal(median, relative) or "
                 "Uniform(low, high)."
             )
-    alone = len(problem.setups) == 1 and at_once(problem.parts[0])
+    alone = draws_held(problem)
     if alone:
         problem, x = _extended(problem, x, given)
         alone = at_once(problem.parts[0])
