@@ -126,13 +126,13 @@ class MaugisBranch:
     @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Values of c [m] beyond which the branch is a series in the root of the distance."""
-        passed = self._passed(np.array(self._rings)) if self._rings else np.zeros(0)
+        passed = self.passed(np.array(self._rings)) if self._rings else np.zeros(0)
         return tuple(sorted({self.opening, *self._rings, *passed[passed < self.reach].tolist()}))
 
     @cached_property
     def _table(self) -> PiecewiseChebyshev:
         """Depth from -z0 on, force and angle over ln c; pieces are halved until their series end."""
-        whole = log_table(self._solved, self._end, self.kinks, 16, steepest=1e-6)
+        whole = log_table(self.solved, self._end, self.kinks, 16, steepest=1e-6)
         return replace(
             whole,
             judge=lambda series: max(tail(column) for column in series.T),
@@ -165,7 +165,7 @@ class MaugisBranch:
         inner = np.where(radius > self.opening, radius * np.cos(angle), 0.0)
         return inner, np.pi * inner**2
 
-    def _passed(self, inner: Array) -> Array:
+    def passed(self, inner: Array) -> Array:
         """c of contact radii a, shape (n,), without the table, of which they are borders; infinite beyond the largest."""
 
         def short(x: Array, inner: Array) -> Array:
@@ -219,7 +219,7 @@ class MaugisBranch:
 
         And the force K D that is drawn times what series miss of the limit of narrow zones, D' K' = 2 pi c (1 - U)' by theta.
         """
-        finer, coarse = replace(self, refinement=2)._solved(radius), self._table.at(np.log(radius))
+        finer, coarse = replace(self, refinement=2).solved(radius), self._table.at(np.log(radius))
         change = np.abs(finer - coarse)
         plain = self.evaluate(self.size(radius)[0])
         drawn = np.abs(plain.depth + self.range_of_action - coarse[:, 0])
@@ -264,7 +264,7 @@ class MaugisBranch:
         pressed = punch_pressure(self.kernel, b.ravel(), height.ravel(), fewer=fewer).reshape(theta.shape)
         return np.asarray(self.kernel.modulus / np.pi * (growth * pressed / b * end / 2) @ weights)
 
-    def _solved(self, outer: Array) -> Array:
+    def solved(self, outer: Array) -> Array:
         """Depth from -z0 on, force and angle at c, shape (n, 3)."""
         from scipy.optimize import elementwise
 
