@@ -105,6 +105,19 @@ def test_a_soft_cantilever_shows_no_pinned_contact_line(seed):
         assert abs(result[name] - truth) < 3 * result.estimates[name].stderr
 
 
+@pytest.mark.long
+def test_a_tilt_behind_a_cantilever_shows_no_pinned_contact_line():
+    """The detector reads the tilt, which moves no tip: depths by the readings are off by it over the spring constant."""
+    gel, tip, spring = HalfSpace(5e3, 0.5), Paraboloid(3e-6), 0.02
+    straight = sticky(gel, tip, W, 3e-7, spring=spring, noise=0.005)
+    way = straight.depth + straight.force / spring
+    tilted = Curve.from_piezo(way, straight.force + 2e-3 * (way - way[0]), spring)
+    result = fit(tilted, gel, tip, ["base.young", WORK], work_of_adhesion=W, baseline="linear")
+    assert not any("pinned" in note for note in result.notes)
+    for name, truth in (("base.young", 5e3), (WORK, W)):
+        assert abs(result[name] - truth) < 3 * result.estimates[name].stderr
+
+
 @pytest.mark.slow
 def test_pyramid_and_known_work():
     curve = sticky(GEL, Pyramid(4, 0.4), W, 4e-7, noise=0.003)
