@@ -8,6 +8,7 @@ import scipy
 
 import flatpunch as fp
 from flatpunch.compliances import compliance
+from flatpunch.contact.adhesion.maugis import MaugisBranch
 from flatpunch.contact.round.carried import on_moved_surface, round_pressures, wave_range
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
@@ -213,6 +214,15 @@ def test_what_is_solved_by_jkr_only_is_refused(body, tip):
 def test_ranges_across_the_whole_tip_are_refused():
     with pytest.raises(ValueError, match=r"range_of_action = 2 µm reaches across the gap"):
         fp.pull_off(GEL, fp.Sphere(H), work_of_adhesion=1e-3, range_of_action=2e-6)
+
+
+@pytest.mark.long
+def test_discs_of_long_ranges_on_graded_layers_are_no_wider_than_what_is_solved():
+    """The rim of the flat is touched where adhesion acts far outside of it."""
+    tip = fp.Truncated(fp.Cone(0.3), 5e-8)
+    branch = MaugisBranch(compliance(BODIES["graded"]), mean_profile(tip), tip.reach, 1e-3, 5e-7)
+    # rigid bodies: the cone is as far away as the range
+    assert max(branch.kinks) == pytest.approx((5e-7 + 5e-8) / np.tan(0.3), rel=0.01)
 
 
 def test_radii_beside_the_end_of_the_tip_are_refused():

@@ -109,6 +109,19 @@ def test_a_soft_cantilever_shows_no_pinned_contact_line(seed):
         assert abs(result[name] - truth) < 3 * result.estimates[name].stderr
 
 
+@pytest.mark.long
+def test_a_tilt_behind_a_cantilever_shows_no_pinned_contact_line():
+    """The detector reads the tilt, which moves no tip: depths by the readings are off by it over the spring constant."""
+    gel, tip, spring = HalfSpace(5e3, 0.5), Paraboloid(3e-6), 0.02
+    straight = sticky(gel, tip, W, 3e-7, spring=spring, noise=0.005)
+    way = straight.depth + straight.force / spring
+    tilted = Curve.from_piezo(way, straight.force + 2e-3 * (way - way[0]), spring)
+    result = fit(tilted, gel, tip, ["base.young", WORK], work_of_adhesion=W, baseline="linear")
+    assert not any("pinned" in note for note in result.notes)
+    for name, truth in (("base.young", 5e3), (WORK, W)):
+        assert abs(result[name] - truth) < 3 * result.estimates[name].stderr
+
+
 @pytest.mark.slow
 def test_pyramid_and_known_work():
     curve = sticky(GEL, Pyramid(4, 0.4), W, 4e-7, noise=0.003)
@@ -148,6 +161,48 @@ def test_tables_of_finite_range_give_the_exact_branch_and_its_derivatives(medium
         slope = (model.evaluate(depth, up)[0] - model.evaluate(depth, down)[0]) / (2 * step)
         inner = depth > 0.7 * lost.depth
         np.testing.assert_allclose(derivatives[j][inner], slope[inner], rtol=0, atol=1e-5 * np.abs(slope).max())
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("medium", "tip", "free", "more"),
+    [
+        (STIFF, Truncated(Cone(0.3), 5e-8), ("base.young", WORK), {"range_of_action": 5e-8}),
+        (STIFF, Truncated(Cone(0.3), 5e-8), ("base.young", WORK), {"range_of_action": 2e-9}),
+        pytest.param(GEL, Truncated(Sphere(3e-6), 2e-8), (YOUNG,), {"strength": 2e4}, marks=pytest.mark.slow),
+    ],
+    ids=["before the surfaces touch", "nearly JKR", "gel"],
+)
+def test_contacts_of_finite_range_are_followed_over_a_flat_end(medium, tip, free, more):
+    """They shrink over it until adhesion acts no further than its border, long after JKR theory lets go at the border."""
+    model = AdhesiveModel(Sample(medium, tip, Physics(W, **more)), free)
+    theta, (flat,) = model.start(), tip.rings
+    lost = pull_off(medium, tip, work_of_adhesion=W, **more).depth_minimum
+    assert lost.radius < 0.999 * flat
+    assert model.pull_off(theta) == pytest.approx((lost.depth, lost.force), rel=1e-6)
+    depth = np.linspace(0.97 * lost.depth, 3e-7, 80)
+    exact = model.exact(depth, {})
+    assert "flat end" not in exact.notes
+    force, _, derivatives = model.evaluate(depth, theta)
+    np.testing.assert_allclose(force, exact.force, rtol=0, atol=1e-6 * np.abs(exact.force).max())
+    step = 1e-5
+    for j in range(theta.size):
+        up, down = theta.copy(), theta.copy()
+        up[j], down[j] = up[j] + step, down[j] - step
+        slope = (model.evaluate(depth, up)[0] - model.evaluate(depth, down)[0]) / (2 * step)
+        # derivatives over the flat are differences by 1e-4
+        np.testing.assert_allclose(derivatives[j], slope, rtol=0, atol=1e-4 * np.abs(slope).max())
+
+
+@pytest.mark.slow
+def test_fits_of_finite_range_under_a_flat_end():
+    """Half of the adhesive way is over the flat."""
+    tip, within = Truncated(Cone(0.3), 5e-8), 1e-8
+    curve = sticky(STIFF, tip, W, 2e-7, noise=0.005, range_of_action=within)
+    result = fit(curve, HalfSpace(3e5, 0.5), tip, ["base.young", WORK], work_of_adhesion=2 * W, range_of_action=within)
+    for name, truth in (("base.young", 2e5), (WORK, W)):
+        assert abs(result[name] - truth) < 3 * result.estimates[name].stderr
+    assert not any("flat" in note or "correlated" in note for note in result.notes)
 
 
 def test_a_range_that_reaches_beyond_the_tip_is_refused_with_its_value():

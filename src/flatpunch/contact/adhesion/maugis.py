@@ -76,10 +76,15 @@ class MaugisBranch:
         """Least range of angles of series."""
         return np.pi / 2 if self.kernel.graded else _ANGLE
 
+    @property
+    def _end(self) -> float:
+        """Largest radius that is solved [m]."""
+        return largest_radius(self.kernel, self.reach)
+
     @cached_property
     def opening(self) -> float:
         """c at which the surfaces first touch [m]."""
-        most = largest_radius(self.kernel, self.reach)
+        most = self._end
 
         def short(x: float) -> float:
             outer = np.exp(np.array([x]))
@@ -112,7 +117,7 @@ class MaugisBranch:
             contact = self.evaluate(radius)
             return np.stack([contact.depth, contact.force], axis=1)
 
-        return log_table(sample, self.reach, self._rings, NODES)
+        return log_table(sample, self._end, self._rings, NODES)
 
     @property
     def _rings(self) -> tuple[float, ...]:
@@ -121,13 +126,13 @@ class MaugisBranch:
     @cached_property
     def kinks(self) -> tuple[float, ...]:
         """Values of c [m] beyond which the branch is a series in the root of the distance."""
-        passed = self._passed(np.array(self._rings)) if self._rings else np.zeros(0)
+        passed = self.passed(np.array(self._rings)) if self._rings else np.zeros(0)
         return tuple(sorted({self.opening, *self._rings, *passed[passed < self.reach].tolist()}))
 
     @cached_property
     def _table(self) -> PiecewiseChebyshev:
         """Depth from -z0 on, force and angle over ln c; pieces are halved until their series end."""
-        whole = log_table(self._solved, self.reach, self.kinks, 16, steepest=1e-6)
+        whole = log_table(self.solved, self._end, self.kinks, 16, steepest=1e-6)
         return replace(
             whole,
             judge=lambda series: max(tail(column) for column in series.T),
@@ -160,7 +165,7 @@ class MaugisBranch:
         inner = np.where(radius > self.opening, radius * np.cos(angle), 0.0)
         return inner, np.pi * inner**2
 
-    def _passed(self, inner: Array) -> Array:
+    def passed(self, inner: Array) -> Array:
         """c of contact radii a, shape (n,), without the table, of which they are borders; infinite beyond the largest."""
 
         def short(x: Array, inner: Array) -> Array:
@@ -171,11 +176,13 @@ class MaugisBranch:
 
         from scipy.optimize import elementwise
 
-        most, low = np.log(largest_radius(self.kernel, self.reach)), np.log(inner)
+        most, low = np.log(self._end), np.log(inner)
         # from narrow rings on: layers that bulge beside wide ones may close the gap again
         high, width = low, ROUNDING
         while ((more := short(high, inner) < 0) & (high < most)).any():
-            low, high, width = np.where(more, high, low), np.minimum(high + more * width, most), 10 * width
+            low, high = np.where(more, high, low), np.minimum(high + more * width, most)
+            # no further than to twice the radius: wide discs cost most
+            width = min(10 * width, np.log(2))
         found = np.exp(elementwise.find_root(short, (low, high), args=(inner,)).x)
         return np.asarray(np.where(more, np.inf, found))
 
@@ -191,7 +198,7 @@ class MaugisBranch:
         def short(x: Array, inner: Array) -> Array:
             return np.asarray(self.size(np.exp(x))[0] - inner)
 
-        most, low = np.log(largest_radius(self.kernel, self.reach)), np.log(np.maximum(mean_radius, self.opening))
+        most, low = np.log(self._end), np.log(np.maximum(mean_radius, self.opening))
         high = np.minimum(low + np.log(2), most)
         while ((more := short(high, mean_radius) < 0) & (high < most)).any():
             high = np.minimum(high + more * np.log(2), most)
@@ -212,7 +219,7 @@ class MaugisBranch:
 
         And the force K D that is drawn times what series miss of the limit of narrow zones, D' K' = 2 pi c (1 - U)' by theta.
         """
-        finer, coarse = replace(self, refinement=2)._solved(radius), self._table.at(np.log(radius))
+        finer, coarse = replace(self, refinement=2).solved(radius), self._table.at(np.log(radius))
         change = np.abs(finer - coarse)
         plain = self.evaluate(self.size(radius)[0])
         drawn = np.abs(plain.depth + self.range_of_action - coarse[:, 0])
@@ -257,7 +264,7 @@ class MaugisBranch:
         pressed = punch_pressure(self.kernel, b.ravel(), height.ravel(), fewer=fewer).reshape(theta.shape)
         return np.asarray(self.kernel.modulus / np.pi * (growth * pressed / b * end / 2) @ weights)
 
-    def _solved(self, outer: Array) -> Array:
+    def solved(self, outer: Array) -> Array:
         """Depth from -z0 on, force and angle at c, shape (n, 3)."""
         from scipy.optimize import elementwise
 

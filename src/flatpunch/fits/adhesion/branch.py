@@ -14,7 +14,9 @@ and do not touch go on, for tips without a flat end, with
 
     d = f(c) - s0 U(c) - z0,    F = -pi c^2 s0,    f = d0 exp f_4,  U = (l/E) exp f_5
 
-with f the height of the tip, U what a unit tension on the disc lifts its rim, and f_4, f_5 functions of ln(c/l).
+with f the height of the tip, U what a unit tension on the disc lifts its rim, and f_4, f_5 functions of ln(c/l). Tips with a flat
+end always retreat over it, down to where adhesion acts no further than its border, c = b. There the branch has kinks that move
+with q: it is solved at each q, from c = b to where the contact is the flat, as series over c.
 
 The branch is followed from the largest contact down to where d_x vanishes: pull-off under prescribed depth. From two per cent
 in radius before it, or from where dF/dd falls below a given stiffness, the force goes on as a straight line, so that a trial
@@ -38,16 +40,20 @@ from flatpunch.contact.adhesion.non_round import PerturbedBranch
 from flatpunch.contact.adhesion.stability import largest_radius
 from flatpunch.contact.round.mean_profile import mean_profile
 from flatpunch.contact.round.round_contact import round_contact
-from flatpunch.fits.elastic.table import STEP, Piecewise, Table
+from flatpunch.fits.elastic.table import STEP, Piecewise, Table, shift
 from flatpunch.fits.parameters.scaling import Coordinate, Scaling
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body
+from flatpunch.numerics.chebyshev import NODES, derivative, nodal_transform, polynomials, unit_nodes
 
 FUNCTIONS = 4
 """f_0 to f_3."""
 
 _TOUCHING = 1e-4
 """Contact radius over c below which the surfaces are taken not to touch; depth and force change by up to as much."""
+
+_BORDER = 1e-5
+"""s over b below which the contact is all of a flat end, and no more; depth and force change by up to as much."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +119,7 @@ def flat_end(indenter: Indenter) -> float:
 
 
 def retreats_over_flat_end(medium: Body, indenter: Indenter) -> bool:
-    """Whether the contact goes on shrinking, stably, over the flat end of a tip; a branch over s ends at its border."""
+    """Whether in JKR theory the contact goes on shrinking, stably, over the flat end of a tip; over s it ends at the border."""
     end = flat_end(indenter)
     if end == 0:
         return False
@@ -144,6 +150,7 @@ class BranchTables:
     family: BranchFamily
     functions: tuple[Table, ...] = field(init=False)
     apart: tuple[Table, ...] = field(init=False)
+    _flat: dict[tuple[float, ...], Array] = field(default_factory=dict)
     _solved: dict[tuple[tuple[float, ...], bytes], Array] = field(default_factory=dict)
     _coarse: tuple[Array, Array, Array] | None = None
 
@@ -155,11 +162,24 @@ class BranchTables:
         # decades below the largest s; pull-off is nearly always within, and what is below goes on as a power law, as D over s
         # does beside a flat end only where s << b, and with a range of action where a << c
         end = flat_end(family.indenter)
-        decades = 6 if family.by_range else 4 if end else 2
+        decades = (5 if end else 6) if family.by_range else 4 if end else 2
         self.functions = tuple(Table(function(i), family.coordinates, family.limit, decades) for i in range(FUNCTIONS))
         others = family.scaling.coordinates
         lone = family.by_range and not end
         self.apart = tuple(Table(each, others, family.limit, 2) for each in (self._height, self._lift)) if lone else ()
+
+    def over_flat(self, q: tuple[float, ...]) -> Array:
+        """Series of `_over_flat` of the scaled problem, and their derivatives by q, shape (1 + coordinates, 2, 2, terms)."""
+        if q not in self._flat:
+            if len(self._flat) > 100:
+                self._flat.clear()
+            here, rows = _over_flat(*self.family.branch(q)), []
+            for j, coordinate in enumerate(self.family.coordinates):
+                step = shift(coordinate, q[j])
+                moved = (*q[:j], q[j] + step, *q[j + 1 :])
+                rows.append((_over_flat(*self.family.branch(moved)) - here) / step)
+            self._flat[q] = np.array([here, *rows])
+        return self._flat[q]
 
     def _height(self, q: tuple[float, ...], radius: Array) -> Array:
         """f of the scaled problem."""
@@ -177,8 +197,10 @@ class BranchTables:
             if len(self._solved) > 100:
                 self._solved.clear()
             branch, indenter = self.family.branch(q)
-            radius = np.hypot(distance, flat_end(indenter))
-            inside = radius < largest_radius(branch.kernel, indenter.reach)
+            end = flat_end(indenter)
+            radius = np.hypot(distance, end)
+            # beside the border of a flat end rounding hides the distance from it
+            inside = (radius < largest_radius(branch.kernel, indenter.reach)) & (radius * (1 - ROUNDING) > end)
             found = np.full((FUNCTIONS, radius.size), np.nan)
             found[:, inside] = _parts(branch, radius[inside])
             self._solved[key] = found
@@ -193,7 +215,7 @@ class BranchTables:
             most = largest_radius(base.kernel, indenter.reach)
             end = flat_end(indenter)
             # s of which a - b is known to some digits
-            least = max(ROUNDING * min(length, most), np.sqrt(ROUNDING) * end)
+            least = max(ROUNDING * min(length, most), 2 * np.sqrt(ROUNDING) * end)
             distance = np.geomspace(least, min(1e3 * length, most) / 2, 100)
             contact = base.at(np.hypot(distance, end))
             back = np.log(contact.retraction) - np.log(base.work) / 2
@@ -217,6 +239,19 @@ def _parts(branch: Branch | PerturbedBranch | MaugisBranch, radius: Array) -> Ar
         found[i] = plain * (1 + share)
         found[i + 2] = (plain - sum_) * (1 - share) / np.sqrt(branch.work)
     return found
+
+
+def _over_flat(branch: Branch | PerturbedBranch | MaugisBranch, indenter: Indenter) -> Array:
+    """Chebyshev series of depth and force from where adhesion ends at the border of a flat end to where the contact does.
+
+    Shape (2, 2, terms): before the surfaces touch, over c, and after, over the root of its distance.
+    """
+    assert isinstance(branch, MaugisBranch)
+    end, v = flat_end(indenter), (1 + unit_nodes(NODES)) / 2
+    touch, last = max(branch.opening, end), branch.passed(np.array([end]))[0]
+    outer = np.concatenate([end + (touch - end) * v, touch + (last - touch) * v**2])
+    depth, force, _ = branch.solved(outer).T
+    return np.stack([depth - branch.range_of_action, force]).reshape(2, 2, NODES).swapaxes(0, 1) @ nodal_transform().T
 
 
 def _round(branch: Branch | PerturbedBranch | MaugisBranch) -> Branch:
@@ -274,7 +309,7 @@ class StableBranch:
     top, fold : float
         x at the largest contact and at pull-off, once `up_to` has been called.
     edge, touch : float
-        x below which the surfaces do not touch, and ln(c/l) there.
+        x below which the surfaces do not touch, and ln(c/l) there; beside a flat end x below which the contact is not all of it.
     """
 
     forms: Array
@@ -286,6 +321,7 @@ class StableBranch:
     touch: float = 0.0
     _pieces: tuple[Piecewise, ...] = ()
     _apart: tuple[Piecewise, ...] = ()
+    _flat: Array | None = None
     _grid: tuple[Array, Array] | None = None
 
     @property
@@ -309,6 +345,10 @@ class StableBranch:
         # six decades, over which pull-off is looked for: to a millionth of the depth at the border of a flat end; and three of c
         lowest = min(top - 6 * np.log(10), self.edge - 3 * np.log(10) if self._apart else np.inf)
         x = np.append(np.arange(lowest, top - STEP / 2, STEP), top)
+        if self._flat is not None:
+            # the depth rises like s from the border of the flat, which rounding hides beside it
+            over = np.arange(self.edge - 2, self.edge, STEP)
+            x = np.append(over, x[x > self.edge - np.log(_BORDER) / 2])
         _, rising = self._depths(x)
         below = np.flatnonzero(rising <= 0)
         self.fold = float(x[0])
@@ -332,7 +372,12 @@ class StableBranch:
 
     def _find_edge(self, q: tuple[float, ...]) -> None:
         """Find where the surfaces no longer touch, if that is not far below the table, where pull-off is long past."""
+        family = self.tables.family
+        if not family.by_range:
+            return
         if not self.tables.apart:
+            _, indenter = family.branch(q)
+            self.edge, self._flat = float(np.log(_BORDER * flat_end(indenter))), self.tables.over_flat(q)
             return
         lowest = self._pieces[3].start
         tension = self._pieces[3].at(np.array([lowest]))[0][0] + self.forms[3]
@@ -412,8 +457,26 @@ class StableBranch:
         log_by = self.weights[form][:, None] + self.weights[first : first + len(others)].T @ others
         return part, part * rising, part * log_by
 
+    def _over_flat_at(self, x: Array, series: Array) -> BranchState:
+        """Contacts that are not all of a flat end, on panels of width 1 in x."""
+        v = np.clip(x - self.edge + 2, 0.0, 2.0)
+        panel = (v >= 1).astype(int)
+        basis, first = polynomials(2 * (v - panel) - 1), self.forms.size - len(self.tables.family.coordinates)
+        columns = []
+        for form in range(2):
+            # by the coordinates too, shape (1 + coordinates, n, terms)
+            parts = np.exp(self.forms[form]) * series[:, panel, form]
+            value, *others = np.sum(parts * basis.T, axis=2)
+            rising = 2 * np.sum(parts[0] @ derivative(NODES).T * basis[:-1].T, axis=1)
+            by = self.weights[form][:, None] * value
+            columns.append((value, rising, by + self.weights[first:].T @ np.reshape(others, (-1, x.size))))
+        (d, d_x, d_by), (f, f_x, f_by) = columns
+        return BranchState(d, f, d_x, f_x, d_by, f_by)
+
     def _apart_at(self, x: Array) -> BranchState:
         """Surfaces that attract one another and do not touch."""
+        if self._flat is not None:
+            return self._over_flat_at(x, self._flat)
         y = x - self.edge + self.touch
         height, lift = (self._scaled(i, piece, y) for i, piece in zip((0, 5), self._apart, strict=True))
         pull = -np.pi * np.exp(2 * y + self.forms[6])

@@ -184,7 +184,7 @@ class AdhesiveModel(FreeParameters):
                 angles=FEW_ANGLES,
             )
         notes = [str(curve.attrs["notes"])]
-        if retreats_over_flat_end(sample.medium, sample.indenter):
+        if sample.physics.within is None and retreats_over_flat_end(sample.medium, sample.indenter):
             notes.append(
                 "On this layer the contact goes on shrinking over the flat end of the tip before it lets go; the fit follows "
                 "it to the border of the flat only. Cut the retract where the force has fallen that far."

@@ -235,9 +235,13 @@ class _Start:
     def _readings(self, objective: Objective, x: Array) -> tuple[Array, Array, Array]:
         """Depth and force of readings in contact over contact point and background, and theta."""
         theta, rest = objective.split(x)
-        background = rest["baseline"] + objective.background(rest, objective.position, objective.speed)
+        spring = self.part.spring_constant
+        position = objective.depth + (0.0 if spring is None else objective.force / spring)
+        moving = objective.background(rest, position, objective.speed)
+        # a background that moves no tip is taken out of its position too
+        depth = objective.depth - rest["contact"] + (0.0 if spring is None else moving / spring)
         at = objective.loaded
-        return objective.depth[at] - rest["contact"], (objective.force - background)[at], theta
+        return depth[at], (objective.force - rest["baseline"] - moving)[at], theta
 
     def _giving(self, objective: Objective, x: Array, spring: float) -> Flags:
         """Points in contact that are past dF/dd = -k/2; judged by the piezo's position, which has no noise."""

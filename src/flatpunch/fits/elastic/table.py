@@ -48,6 +48,12 @@ Window = tuple[int, int]
 Solve = Callable[[tuple[float, ...], Array], Array]
 
 
+def shift(coordinate: Coordinate, value: float) -> float:
+    """Change of a coordinate for a derivative, away from its limit."""
+    c = coordinate
+    return -_SHIFT if c.highest is not None and value + c.step > c.offset + c.step * c.highest else _SHIFT
+
+
 @dataclass(frozen=True)
 class Piecewise:
     """Polynomials of degree 5 on intervals of ln delta of equal width, power law below and above.
@@ -253,9 +259,7 @@ class Table:
         if self._slopes is None or self._slopes[0] != window or np.any(np.abs(self._slopes[1] - q) > steps):
             rows = []
             for j, c in enumerate(self.coordinates):
-                # away from a limit of the coordinate
-                inwards = -1.0 if c.highest is not None and q[j] + c.step > c.offset + c.step * c.highest else 1.0
-                rows.append(self._slope(q, j, inwards * _SHIFT, here, window))
+                rows.append(self._slope(q, j, shift(c, q[j]), here, window))
             self._slopes = (window, np.array(q), np.array(rows))
         return np.concatenate([here[None], self._slopes[2]])
 
