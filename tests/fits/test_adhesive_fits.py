@@ -12,7 +12,7 @@ from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.case import FitCase
 from flatpunch.fits.pictures import fit_figure
 from flatpunch.fits.reading import reading_of, traces
-from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, Truncated
+from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, SpheroCone, Truncated
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase
 from support.pinned_curves import pinned
 from support.sticky_curves import sticky
@@ -120,6 +120,18 @@ def test_a_tilt_behind_a_cantilever_shows_no_pinned_contact_line():
     assert not any("pinned" in note for note in result.notes)
     for name, truth in (("base.young", 5e3), (WORK, W)):
         assert abs(result[name] - truth) < 3 * result.estimates[name].stderr
+
+
+@pytest.mark.long
+def test_tables_that_cross_a_ring_of_the_tip_are_noted():
+    """The exact force is compared along the whole curve, not where it is deepest alone."""
+    tip = SpheroCone(0.4, 1e-6)
+    half_space = HalfSpace(5e3, 0.5)
+    curve = sticky(half_space, tip, W, 8e-7, noise=0.003)
+    result = fit(curve, half_space, tip, ["base.young", WORK], work_of_adhesion=W)
+    (note,) = [note for note in result.notes if "table of forces" in note]
+    assert "0.01" in note
+    assert result.objective.model.off_once(8e-7, result.values)[0] < 1e-6
 
 
 @pytest.mark.slow

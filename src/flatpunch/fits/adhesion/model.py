@@ -20,13 +20,8 @@ from flatpunch.contact.adhesion.case import adhesive_case
 from flatpunch.contact.curve import FEW_ANGLES
 from flatpunch.contact.indentation import indent
 from flatpunch.contact.physics import Physics
-from flatpunch.fits.adhesion.branch import (
-    BranchFamily,
-    BranchTables,
-    StableBranch,
-    branch_tables,
-    retreats_over_flat_end,
-)
+from flatpunch.fits.adhesion.branch import StableBranch
+from flatpunch.fits.adhesion.tables import BranchFamily, BranchTables, branch_tables, retreats_over_flat_end
 from flatpunch.fits.parameters.sample import ADHESION, RANGE, STRENGTH, WORK, Sample
 from flatpunch.fits.parameters.scaling import MODULUS_STEP, Coordinate, Scaling, scaling
 from flatpunch.fits.parameters.settings import FitMethod

@@ -103,10 +103,10 @@ class FreeParameters(ABC):
         """Force at depths [m] without tables."""
 
     def off(self, exact: ExactForce, depth: Array, values: Mapping[str, float]) -> tuple[float, float]:
-        """Relative difference of the table at the last of depths, and what may be left of it."""
+        """Largest difference of the table over the force at the last of depths, and what may be left of it."""
+        difference = float(np.abs(self.force(depth, values) - exact.force).max())
         # interpolation leaves less than 1e-6
-        last = float(exact.force[-1])
-        return abs(float(self.force(depth[-1:], values)[0]) / last - 1), max(1e-5, exact.error)
+        return difference / float(exact.force[-1]), max(1e-5, exact.error)
 
     def off_once(self, deepest: float, values: Mapping[str, float]) -> tuple[float, float]:
         """The same at one depth, solved once for fits that are near each other."""

@@ -204,7 +204,8 @@ def limits_of_theory(result: Fitted) -> tuple[str, ...]:
         return ()
     if result.settings.quick:
         return about_tables(*model.off_once(deepest, result.values))
-    depth = deepest * np.geomspace(0.05, 1, 8)
+    first = model.pull_off(result.minimum.x[: len(model.free)])[0] if model.adhesive else 0.0
+    depth = np.linspace(first, deepest, 33)[1:]
     exact = model.exact(depth, result.values)
     notes = [*exact.notes.splitlines(), *about_tables(*model.off(exact, depth, result.values))]
     notes += _as_sphere(tip, deepest)
@@ -220,8 +221,8 @@ def about_tables(off: float, left: float) -> tuple[str, ...]:
     if off <= left:
         return ()
     return (
-        f"At the fitted values the table of forces is off by {percent(off)} at the deepest reading, more than {percent(left)}: "
-        "values may be off by about as much. Give narrower limits, or fit fewer numbers.",
+        f"At the fitted values the table of forces is off by {percent(off)} of the force at the deepest reading, more than "
+        f"{percent(left)}: values may be off by about as much. Give narrower limits, or fit fewer numbers.",
     )
 
 
