@@ -16,9 +16,6 @@ import numpy as np
 from flatpunch.bem.grid import Cells, Namespace
 from flatpunch.bem.operator.convolution import Operator
 
-MANY = 6
-"""Iterations of one step above which the next ones extend displacements beyond the contact; 3 or 12 cost 10 % of the time."""
-
 
 def remove_gap(
     operator: Operator, contact: Cells, gap: Cells, drop: float, limit: int, *, extended: bool = False
