@@ -13,9 +13,9 @@ from flatpunch._support.checks import Array, real
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.threads import one_blas_thread
-from flatpunch.fits.adhesion import branch
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.adhesion.setup import adhesive_setup
+from flatpunch.fits.adhesion.tables import branch_tables
 from flatpunch.fits.elastic.model import ForwardModel, table_of
 from flatpunch.fits.elastic.setup import elastic_setup
 from flatpunch.fits.least_squares.minimum import ROUGH, SETTLED, SOON, Minimum, minimise, reweighted
@@ -65,7 +65,7 @@ def forget_models() -> None:
     """
     _made.cache_clear()
     table_of.cache_clear()
-    branch.branch_tables.cache_clear()
+    branch_tables.cache_clear()
 
 
 @byte_cached

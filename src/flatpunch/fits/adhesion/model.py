@@ -7,7 +7,7 @@ depth dF/dtheta = F_theta - (F_x/d_x) d_theta.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -78,9 +78,12 @@ class AdhesiveModel(FreeParameters):
         found = scaling(medium, tip, free, numbers=self.numbers)
         object.__setattr__(self, "knots", found.knots)
         reach = None if self.approximate else _range(self.sample.physics)
-        weights, moving = _units(found, reach), list(found.coordinates)
+        beside = reach is not None or not (tip.round or self.approximate)
+        alike = beside and compliance(medium).homogeneous and all(c.tabulated for c in found.coordinates)
+        found, length = _lengths(found, tip.exponent if alike else None)
+        weights, moving = _units(found, length, reach), list(found.coordinates)
         fixed: list[float | None] = []
-        for coordinate in _beside(found, reach, not (tip.round or self.approximate)):
+        for coordinate in _beside(found, length, reach) if beside else []:
             moves = any(name in self.free for name in coordinate.weights)
             fixed.append(None if moves else self.linear(coordinate.weights)[0])
             moving += [coordinate] if moves else []
@@ -206,9 +209,23 @@ def _range(physics: Physics) -> Weights | None:
     return {RANGE: 1.0} if physics.strength is None else {WORK: 1.0, STRENGTH: -1.0}
 
 
-def _units(found: Scaling, reach: Weights | None) -> list[Mapping[str, float]]:
+def _lengths(found: Scaling, exponent: float | None) -> tuple[Scaling, Weights]:
+    """ln l, and the forms with it.
+
+    On half-spaces, where there is no other length, tips c r^n of the given exponent n take that of adhesion,
+    l^(2n - 1) = w/(E c^2).
+    """
+    if exponent is None:
+        return found, _one(found.length)
+    part = 1 / (2 * exponent - 1)
+    length = _sum((part, {WORK: 1.0}), (-part, _one(found.modulus)), (-2 * part, found.depth))
+    depth, force = _sum((1, found.depth), (exponent, length)), _sum((1, found.force), (exponent + 1, length))
+    return replace(found, depth=depth, force=force), length
+
+
+def _units(found: Scaling, length: Weights, reach: Weights | None) -> list[Mapping[str, float]]:
     """The forms of `StableBranch` before the coordinates."""
-    work, modulus, length = {WORK: 1.0}, _one(found.modulus), _one(found.length)
+    work, modulus = {WORK: 1.0}, _one(found.modulus)
     halves = [(0.5, work), (-0.5, modulus), (0.5, length)], [(0.5, work), (0.5, modulus), (1.5, length)]
     jkr = [found.depth, found.force, *(_sum(*half) for half in halves)]
     if reach is None:
@@ -217,14 +234,15 @@ def _units(found: Scaling, reach: Weights | None) -> list[Mapping[str, float]]:
     return [*jkr, reach, _sum((1, stress), (1, length), (-1, modulus)), _sum((1, stress), (2, length))]
 
 
-def _beside(found: Scaling, reach: Weights | None, by_work: bool) -> list[Coordinate]:
+def _beside(found: Scaling, length: Weights, reach: Weights | None) -> list[Coordinate]:
     """ln of w over E c^2 l^(2n - 1), on which tips depend that are not round, and all with a range of action; and z0 over d0.
 
     (d0/l)^2 contains c as far as it is a unit.
     """
-    if not by_work and reach is None:
-        return []
-    work = _sum((1, {WORK: 1.0}), (-2, found.depth), (-1, _one(found.modulus)), (1, _one(found.length)))
+    work = _sum((1, {WORK: 1.0}), (-2, found.depth), (-1, _one(found.modulus)), (1, length))
+    if WORK in length:
+        # it is 1
+        work = {}
     ranges = [] if reach is None else [Coordinate(RANGE, _sum((1, reach), (-1, found.depth)), MODULUS_STEP)]
     return [Coordinate(WORK, work, MODULUS_STEP), *ranges]
 
