@@ -93,7 +93,7 @@ _INSIDE = {
         {"films"},
         {"cases"},
         {"batch", "case"},
-        {"distributions", "reading"},
+        {"description", "distributions", "reading"},
         {"pictures"},
         {"__init__"},
     ],

@@ -13,7 +13,8 @@ from flatpunch.contact.physics import Physics
 from flatpunch.files import CaseError, load, read_case
 from flatpunch.fits import Curve, Free, Settings, fit
 from flatpunch.fits.batch import fit_batch
-from flatpunch.fits.case import FitCase, drift, read_fit_case, seconds_of
+from flatpunch.fits.case import FitCase, drift, read_fit_case
+from flatpunch.fits.description import seconds_of
 from flatpunch.fits.distributions import map_figure
 from flatpunch.fits.pictures import fit_figure
 from flatpunch.indenters import Cone, Sphere

@@ -8,7 +8,8 @@ import pytest
 from flatpunch.contact import indent
 from flatpunch.files import CaseError
 from flatpunch.fits import LogNormal, Normal, Uniform, fit, plan_scan, planned, read_fit_case
-from flatpunch.fits.case import describe_fit, plan_of
+from flatpunch.fits.case import plan_of
+from flatpunch.fits.description import describe_fit
 from flatpunch.indenters import Cone, Pyramid, Sphere
 from flatpunch.media import HalfSpace, Layer, Medium, RigidBase, TwoBodies
 from flatpunch.media.paths import value_of, with_values

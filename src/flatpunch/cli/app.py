@@ -188,7 +188,8 @@ def check(case: CaseFile) -> None:
     from flatpunch.files import describe, read_case
     from flatpunch.files.cases import is_fit_case
     from flatpunch.files.rough import describe_rough, is_rough_case, read_rough_case
-    from flatpunch.fits.case import describe_fit, read_fit_case
+    from flatpunch.fits.case import read_fit_case
+    from flatpunch.fits.description import describe_fit
 
     if is_fit_case(case):
         lines = describe_fit(read_fit_case(case))

@@ -144,7 +144,7 @@ def _read(curve: Curve, case: FitCase | None) -> str:
 def _announce(case: FitCase) -> None:
     """Say before a fit that it takes minutes."""
     from flatpunch.files.descriptions import duration
-    from flatpunch.fits.case import seconds_of
+    from flatpunch.fits.description import seconds_of
 
     if (seconds := seconds_of(case)) >= 60:
         typer.echo(f"This fit takes {duration(seconds)}.", err=True)

@@ -1,12 +1,11 @@
 """Case files of a fit: like those of `solve`, with { fit = "5 kPa", min = ..., max = ... } where a value is looked for.
 
 Two more tables: [fit] says how to fit, [curve] how to read the curve; both may be left out, and so may [control].
-`describe_fit` says in lines for people what a file asks for, and how long it takes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -18,13 +17,11 @@ from flatpunch._support.declared import Place
 from flatpunch._support.paths import Plain
 from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
-from flatpunch.contact.default import EXACT, method_of
 from flatpunch.contact.physics import ELASTIC, Physics
-from flatpunch.files import CaseError, describe_sample
+from flatpunch.files import CaseError
 from flatpunch.files.cases import ContactTable, case_text, parsed
-from flatpunch.files.descriptions import takes
 from flatpunch.files.tables.fields import validated
-from flatpunch.fits.adhesion.model import AdhesiveModel, adhesive_method
+from flatpunch.fits.adhesion.model import adhesive_method
 from flatpunch.fits.cases import (
     CorrectTable,
     CurveTable,
@@ -39,20 +36,18 @@ from flatpunch.fits.cases import (
     value_in_si,
 )
 from flatpunch.fits.elastic.model import method_for
-from flatpunch.fits.elastic.table import KNOTS
 from flatpunch.fits.fitting import fit_ranges
 from flatpunch.fits.half_space.formulas import layer_on_top
 from flatpunch.fits.measured.curve import Curve
 from flatpunch.fits.measured.files.readers import read_curve
-from flatpunch.fits.parameters.sample import BESIDE, CALIBRATION, NUISANCE, Sample
-from flatpunch.fits.parameters.scaling import scaling
+from flatpunch.fits.parameters.sample import BESIDE, CALIBRATION, Sample
 from flatpunch.fits.parameters.settings import Free, Settings, check_segment, segments
 from flatpunch.fits.parameters.unknowns import check_free
 from flatpunch.fits.plan import plan_scan, planned
 from flatpunch.fits.report.plans import Plan, PlanScan
 from flatpunch.fits.report.posterior import Prior
 from flatpunch.fits.report.result import FitResult
-from flatpunch.fits.report.table import between, unit_of
+from flatpunch.fits.report.table import unit_of
 from flatpunch.fits.together import Measured, sample_at
 from flatpunch.indenters.profile import Indenter
 from flatpunch.media import Body, HalfSpace
@@ -128,6 +123,11 @@ class FitCase:
     def sample(self) -> Sample:
         """Medium, tip and what goes with them."""
         return Sample(self.medium, self.indenter, self.physics)
+
+    @property
+    def samples(self) -> list[Sample]:
+        """The sample at the place of each of `curves`; otherwise that of the case."""
+        return [sample_at(self.sample, curve["indenter"], curve["values"]) for curve in self.curves] or [self.sample]
 
     @property
     def arguments(self) -> Plain:
@@ -254,13 +254,8 @@ def _check_curves(case: FitCase) -> None:
         raise ValueError(
             "curves has one entry; two or more are fitted together. Give a single one on the command line."
         )
-    for sample in _samples(case):
+    for sample in case.samples:
         sample.check(case.free)
-
-
-def _samples(case: FitCase) -> list[Sample]:
-    """The sample at the place of each curve that the case names; otherwise that of the case."""
-    return [sample_at(case.sample, curve["indenter"], curve["values"]) for curve in case.curves] or [case.sample]
 
 
 def _check_knowledge(case: FitCase) -> None:
@@ -345,76 +340,3 @@ def drift(curve: Curve, case: FitCase) -> tuple[list[FitResult], list[FitResult]
     layered = fit_ranges(curve, case.medium, case.indenter, case.free, **case.arguments)
     body = HalfSpace(*young_and_poisson(top))
     return layered, fit_ranges(curve, body, case.indenter, ["base.young"], **case.arguments)
-
-
-_MEMORY = 300e6
-"""Memory of the program with the libraries of a fit [bytes]."""
-
-
-def describe_fit(case: FitCase) -> Iterator[str]:
-    """Yield lines that say what a case would fit."""
-    settings = case.settings
-    yield from describe_sample(case.title, case.medium, case.indenter, case.physics)
-    for i, (name, free) in enumerate(case.free.items()):
-        unit = unit_of(case.sample.numbers[name])
-        limits = between(free.minimum, free.maximum, unit)
-        own = ", for each curve" if name in case.own else ""
-        yield f"{'Fitted' if i == 0 else '':<9} {name}, from {text(case.sample.value(name), unit)}{limits}{own}"
-    if case.correct:
-        yield f"Reported  {_reported(case)}"
-    elif not case.free:
-        yield "Fitted    nothing of the case; write { fit = ... } in place of a value"
-    for i, entry in enumerate(case.curves):
-        others = [f"{n} = {text(value, unit_of(case.sample.numbers[n]))}" for n, value in entry["values"].items()]
-        tip = [f"{entry['indenter']!r}"] if entry["indenter"] is not None else []
-        yield f"{'Curves' if i == 0 else '':<9} {', '.join([entry['path'].name, *tip, *others])}"
-    given = settings.contact
-    contact = f"free{between(*given, 'm')}" if isinstance(given, tuple) else given
-    contact = text(contact, "m") if isinstance(contact, float) else contact
-    default = segments(case.sample.adhesive, case.sample.relaxing)[0]
-    segment = default if settings.segment == "auto" else settings.segment
-    yield f"Curve     contact {contact}, baseline {settings.baseline}, loss {settings.loss}, segment {segment}"
-    method = adhesive_method(case.indenter, settings.method) if case.sample.adhesive else None
-    chosen = method or method_for(case.indenter, settings.method)
-    name = method_of(chosen).name
-    exact = case.indenter.round and name != "bem"
-    series = name in ("second-order", "fourth-order")
-    if case.film:
-        yield "Method    stiffness of a flat punch of the contact area, for `flatpunch fit-film`"
-    else:
-        yield f"Method    {EXACT if exact else name}"
-    forces = (
-        "exact" if exact or case.film else "known to some tenths of a per cent" if series else "as good as the method"
-    )
-    yield f"Expected  forces of the model {forces}; the result has intervals of its values"
-    yield f"Takes     {takes(_MEMORY, seconds_of(case))}"
-    if case.plan:
-        for i, line in enumerate(plan_of(case).summary().splitlines()):
-            yield f"{'Planned' if i == 0 else '':<9} {line}"
-
-
-def seconds_of(case: FitCase) -> float:
-    """Time of the first curves: tables over the shape of the problem, with six nodes along each of its free numbers."""
-    if case.sample.relaxing:
-        return 1.0
-    free = [name for name in case.free if name not in NUISANCE]
-    if case.sample.adhesive:
-        # with a range of action contacts are searched over c
-        table = 0.3 if case.sample.physics.within is None else 2.0
-        # curves of one family share its tables
-        families = {AdhesiveModel(sample, tuple(free)).family for sample in _samples(case)}
-        return table * sum(float(KNOTS) ** len(family.coordinates) for family in families)
-    if case.correct and not free:
-        free = [DRIFTING]
-    shapes = len(scaling(case.medium, case.indenter, free).coordinates)
-    method = method_for(case.indenter, case.settings.method)
-    name = method_of(method).name
-    # a table over five decades of depth, in orders of magnitude; 130 contacts by boundary elements
-    table = 60.0 if name == "bem" else 0.3 if case.indenter.round else 15.0 if name == "refined" else 3.0
-    return table * float(KNOTS) ** shapes
-
-
-def _reported(case: FitCase) -> str:
-    found = case.correct
-    model = f", formula {found['model']}" if found["model"] else ""
-    return f"{text(found['reported'], 'Pa')} at a depth of {text(found['depth'], 'm')}{model}, for `flatpunch correct`"

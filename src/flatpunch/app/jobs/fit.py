@@ -24,8 +24,9 @@ from flatpunch.files.cases import parsed
 from flatpunch.files.descriptions import spread
 from flatpunch.files.tables.fields import validated
 from flatpunch.fits.batch import Batch, Placed, fit_rows
-from flatpunch.fits.case import DRIFTING, FitCase, describe_fit, drift, fit_case_from
+from flatpunch.fits.case import DRIFTING, FitCase, drift, fit_case_from
 from flatpunch.fits.cases import CurveTable
+from flatpunch.fits.description import describe_fit
 from flatpunch.fits.fitting import fit, forget_models
 from flatpunch.fits.measured.columns import Table, chosen_columns
 from flatpunch.fits.measured.curve import Curve, CurveError
