@@ -212,6 +212,10 @@ def test_what_is_solved_by_jkr_only_is_refused(body, tip):
 
 
 def test_ranges_across_the_whole_tip_are_refused():
+    with pytest.raises(ValueError, match=r"strength = 1 MPa does not go with the indenter Pyramid"):
+        fp.pull_off(GEL, fp.Pyramid(4, 0.4), work_of_adhesion=1e-3, strength=1e6)
+    with pytest.raises(ValueError, match=r"strength = 500 Pa reaches across the gap"):
+        fp.adhesion_loop(GEL, fp.Sphere(H), work_of_adhesion=1e-3, strength=500.0, depth=1e-7)
     with pytest.raises(ValueError, match=r"range_of_action = 2 µm reaches across the gap"):
         fp.pull_off(GEL, fp.Sphere(H), work_of_adhesion=1e-3, range_of_action=2e-6)
 

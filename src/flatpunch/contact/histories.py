@@ -49,7 +49,8 @@ def sticking(
     assert physics.work_of_adhesion is not None
     control = control_with(physics, method, indenter, **given)
     phi = outline_angles(angles, control)
-    curve = solve(compliance(medium), indenter, control, phi, physics.work_of_adhesion, physics.within)
+    with physics.named():
+        curve = solve(compliance(medium), indenter, control, phi, physics.work_of_adhesion, physics.within)
     choice = asked_for(adhesive_method(method, indenter), indenter)
     found = result_of(curve, phi, medium, indenter, control, choice).assign_attrs(physics.given)
     return found if physics.within is None else found.assign_attrs(range_of_action=physics.within)

@@ -284,7 +284,8 @@ def pressure(
         from flatpunch.contact.adhesion.method import pressure as adhesive_pressure
 
         adhesion = physics.work_of_adhesion, physics.within
-        field = PressureField(*adhesive_pressure(kernel, indenter, control, r, *adhesion))
+        with physics.named():
+            field = PressureField(*adhesive_pressure(kernel, indenter, control, r, *adhesion))
     else:
         # all methods have the same pressure but for the depth that belongs to a mean radius
         if exactly_solved(kernel, indenter):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Annotated, ClassVar, Literal, TypedDict, cast
 
 from flatpunch._support.checks import BadValue, one_of
@@ -72,6 +73,16 @@ class Physics(Checked):
         if self.strength is None or self.work_of_adhesion is None:
             return self.range_of_action
         return self.work_of_adhesion / self.strength
+
+    @contextmanager
+    def named(self) -> Iterator[None]:
+        """Errors about the range name the strength, where that was given."""
+        try:
+            yield
+        except BadValue as fault:
+            if self.strength is None or fault.field != "range_of_action":
+                raise
+            raise BadValue("strength", text(self.strength, "Pa"), fault.text) from None
 
     @property
     def given(self) -> PhysicsOf:

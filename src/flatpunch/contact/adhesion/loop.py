@@ -136,9 +136,10 @@ def adhesion_loop(
     count = whole("points", points, 2, "It is the number of steps on each stretch of the way.", most=STEPS)
     if quantity == "depth":
         check_deepest(medium, most)
-    within = Physics(work_of_adhesion, range_of_action, strength).within
-    case = adhesive_case(compliance(medium), indenter, work_of_adhesion, within)
-    approach, back, jumps = _path(case, quantity, most)
+    physics = Physics(work_of_adhesion, range_of_action, strength)
+    with physics.named():
+        case = adhesive_case(compliance(medium), indenter, work_of_adhesion, physics.within)
+        approach, back, jumps = _path(case, quantity, most)
     attributes: Plain = {
         "title": "Adhesive approach and withdrawal computed by flatpunch",
         "control": quantity,
@@ -150,8 +151,8 @@ def adhesion_loop(
         "flatpunch_version": __version__,
         "notes": "",
     }
-    if within is not None:
-        attributes["range_of_action"] = within
+    if physics.within is not None:
+        attributes["range_of_action"] = physics.within
     for jump in (jumps[0], jumps[-1]):
         radius = max(jump.radius_before, jump.radius_after)
         values = {"depth": jump.depth, "force": jump.force, "radius": radius, "energy": jump.energy}

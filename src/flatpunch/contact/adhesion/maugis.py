@@ -103,7 +103,7 @@ class MaugisBranch:
                 "range_of_action",
                 text(self.range_of_action, "m"),
                 f"reaches across the gap at the radius {text(most, 'm')}, the largest at which this case is solved, before the "
-                "surfaces touch. Take a shorter range, or give the shape further out.",
+                "surfaces touch. Take a shorter range, which is a larger strength, or give the shape further out.",
             )
         while short(low) > 0:
             low, high = low - np.log(10), low

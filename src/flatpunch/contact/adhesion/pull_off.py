@@ -138,9 +138,10 @@ def pull_off(
     -1.932 pi w R
     """
     check_indenter(indenter)
-    within = Physics(work_of_adhesion, range_of_action, strength).within
-    case = adhesive_case(compliance(medium), indenter, work_of_adhesion, within)
-    depth, force = _instabilities(case, case.stability.depth), _instabilities(case, case.stability.force)
+    physics = Physics(work_of_adhesion, range_of_action, strength)
+    with physics.named():
+        case = adhesive_case(compliance(medium), indenter, work_of_adhesion, physics.within)
+        depth, force = _instabilities(case, case.stability.depth), _instabilities(case, case.stability.force)
     return PullOff(
         force_minimum=min(force, key=lambda point: point.force),
         depth_minimum=min(depth, key=lambda point: point.depth),

@@ -10,9 +10,8 @@ from typing import Any, NamedTuple, Self, cast
 
 import numpy as np
 
-from flatpunch._support.checks import TINY, BadValue, instance, shown
+from flatpunch._support.checks import TINY, instance, shown
 from flatpunch._support.declared import Number, Place, a_ratio, numbers_of
-from flatpunch._support.prefixes import text
 from flatpunch._support.readable import readable
 from flatpunch.compliances import compliance
 from flatpunch.compliances.kernel import check_no_membrane
@@ -203,7 +202,8 @@ class Sample:
                 "alone. Compare the measured one with flatpunch.pull_off(...)."
             )
         if self.physics.within is not None:
-            _check_range(self.medium, self.indenter, self.physics.within, self.physics.strength)
+            with self.physics.named():
+                check_range(compliance(self.medium), self.indenter, self.physics.within)
         relaxation = self.physics.relaxation
         if relaxation is not None:
             if not isinstance(relaxation, (Prony, StandardLinearSolid, PowerLawRelaxation)):
@@ -256,16 +256,6 @@ class Sample:
         if law:
             physics = replace(physics, relaxation=law_with(physics.relaxation, law))
         return Sample(medium, indenter, physics)
-
-
-def _check_range(medium: Body, indenter: Indenter, within: float, strength: float | None) -> None:
-    """Refuse what is solved without a range of action only, by the name of the number that was given."""
-    try:
-        check_range(compliance(medium), indenter, within)
-    except BadValue as fault:
-        if strength is None:
-            raise
-        raise BadValue(STRENGTH, text(strength, "Pa"), fault.text) from None
 
 
 def normalised(law: Prony) -> bool:
