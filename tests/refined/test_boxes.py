@@ -86,7 +86,7 @@ def test_a_narrow_lobe_that_outgrows_its_box() -> None:
 def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> None:
     """At this depth the lobes of the first solution end 0.14 mean radii too early, at the edge of its grid."""
     tip, kernel = fp.Pyramid(3, 0.4), compliance(_film(50.0))
-    (cut,) = bem.solve(kernel, tip, depths=1.4374, grid=128, tolerance=1e-8)
+    (cut,) = bem.solve(kernel, tip, depths=1.4374, grid=128, tolerance=1e-11)
     contour = traced(kernel, tip, cut, 360).contour
     larger = outgrown(cut.grid, contour)
     assert larger is not None
@@ -97,6 +97,6 @@ def test_boundary_elements_solve_what_outgrows_its_grid_on_a_larger_one() -> Non
     off = abs(float(curve.contour[1].max()) - float(fine.contour.max())) / radius
     assert off < float(curve.contour_error[1] + fine.contour_error[0])
     # a grid that was asked for stays
-    same = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=cut.grid, tolerance=1e-8))
-    # two starts, each solved to 1e-8 of the depth
+    same = fp.indent(_film(50.0), tip, depth=1.4374, method=fp.BoundaryElements(grid=cut.grid, tolerance=1e-11))
+    # two starts, each solved to 1e-11 of the depth
     assert float(same.contour.max()) == pytest.approx(contour.max(), rel=2e-6)
