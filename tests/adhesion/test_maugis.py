@@ -229,6 +229,17 @@ def test_discs_of_long_ranges_on_graded_layers_are_no_wider_than_what_is_solved(
     assert max(branch.kinks) == pytest.approx((5e-7 + 5e-8) / np.tan(0.3), rel=0.01)
 
 
+@pytest.mark.long
+def test_contacts_that_just_pass_the_border_of_a_flat_are_solved():
+    """The series did not end there: rounding of the distance from the border is left, however short the pieces are."""
+    body, tip = fp.Medium([fp.Layer(6e3, 0.2, 5e-7)], base=fp.HalfSpace(4e4, 0.45)), fp.Truncated(fp.Cone(0.3), 3e-7)
+    branch = MaugisBranch(compliance(body), mean_profile(tip), tip.reach, 1e-7, 7e-9)
+    outer = branch.passed(np.array(tip.rings)) * (1 + np.array([1e-9, 1e-4]))
+    # beside the border the depth rises like the root of the distance from it
+    rounding = np.tan(0.3) * tip.rings[0] * np.sqrt(2 * np.finfo(float).eps)
+    np.testing.assert_allclose(branch.at(outer).depth + 7e-9, branch.solved(outer)[:, 0], rtol=0, atol=rounding)
+
+
 def test_radii_beside_the_end_of_the_tip_are_refused():
     with pytest.raises(
         ValueError, match=r"radius = 949\.9 nm is so large that adhesion acts beyond the end of the tip"

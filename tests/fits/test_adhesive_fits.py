@@ -10,6 +10,8 @@ from flatpunch.contact.physics import Physics
 from flatpunch.fits import Curve, CurveError, Free, Sample, Settings, fit
 from flatpunch.fits.adhesion.model import AdhesiveModel
 from flatpunch.fits.case import FitCase
+from flatpunch.fits.fitting import setup_of
+from flatpunch.fits.least_squares.minimum import tried
 from flatpunch.fits.pictures import fit_figure
 from flatpunch.fits.reading import reading_of, traces
 from flatpunch.indenters import Cone, Cylinder, Paraboloid, Pyramid, Sphere, SpheroCone, Truncated
@@ -206,15 +208,80 @@ def test_contacts_of_finite_range_are_followed_over_a_flat_end(medium, tip, free
         np.testing.assert_allclose(derivatives[j], slope, rtol=0, atol=1e-4 * np.abs(slope).max())
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("step", [-0.7, 0.0, 0.7])
+def test_the_force_beyond_pull_off_changes_smoothly_where_surfaces_touch_over_the_flat_from_the_start(step):
+    """The surfaces touch as soon as adhesion acts beyond the border of the flat: there is no branch before that."""
+    tip, deepest = Truncated(Cone(0.3), 2e-7), np.array([2e-7])
+    model = AdhesiveModel(Sample(HalfSpace(5e3, 0.45), tip, Physics(9e-6, 6e-9)), ("base.young", WORK))
+    theta = model.start() + np.array([0.0, step])
+    beyond = 1.2 * model.pull_off(theta)[0]
+
+    def slope(theta):
+        depth = np.append(beyond, deepest)
+        return model.evaluate(depth, theta)[1][0]
+
+    # by 1 % where theta changes by as much; in an empty part of the branch the slope is noise
+    for shift in 1e-2 * np.eye(2):
+        assert slope(theta + shift) == pytest.approx(slope(theta), rel=0.03)
+
+
+@pytest.mark.long
+def test_the_force_has_no_step_where_the_contact_reaches_the_border_of_a_flat():
+    """There the depth rises steeply below the border and hardly above it."""
+    tip = Truncated(Paraboloid(1.25e-6), 3e-8)
+    model = AdhesiveModel(Sample(HalfSpace(2.9e4, 0.5), tip, Physics(1.2e-4, 2.6e-8)), ("base.young", WORK))
+    branch = model.branch(model.start(), 1.25e-7)
+    border = branch.at(np.array([branch.edge])).depth[0]
+    # the deepest reading tells how far the branch is followed
+    depth = np.append(border * np.linspace(1.01, 0.99, 2001), 1.25e-7)
+    force = model.evaluate(depth, model.start())[0]
+    assert np.abs(np.diff(force[:-1], 2)).max() < 1e-5 * np.abs(force).max()
+
+
 @pytest.mark.slow
-def test_fits_of_finite_range_under_a_flat_end():
-    """Half of the adhesive way is over the flat."""
-    tip, within = Truncated(Cone(0.3), 5e-8), 1e-8
-    curve = sticky(STIFF, tip, W, 2e-7, noise=0.005, range_of_action=within)
-    result = fit(curve, HalfSpace(3e5, 0.5), tip, ["base.young", WORK], work_of_adhesion=2 * W, range_of_action=within)
-    for name, truth in (("base.young", 2e5), (WORK, W)):
+@pytest.mark.parametrize(
+    ("modulus", "poisson", "tip", "work", "within", "deepest", "noise"),
+    [
+        pytest.param(2e5, 0.5, Truncated(Cone(0.3), 5e-8), W, 1e-8, 2e-7, 0.005, id="half of the adhesive way"),
+        pytest.param(5.2e3, 0.45, Truncated(Cone(0.3), 2.05e-7), 9e-6, 6e-9, 2e-7, 0.008, id="touching from the start"),
+        pytest.param(7e4, 0.5, Truncated(Cone(0.475), 3.7e-7), 4e-4, 1.6e-7, 2.8e-7, 0.0135, id="long range"),
+        pytest.param(3e4, 0.2, Truncated(Sphere(1.6e-6), 5e-9), 6e-5, 2.4e-8, 1.6e-7, 0.012, id="small flat"),
+    ],
+)
+def test_fits_of_finite_range_under_a_flat_end(modulus, poisson, tip, work, within, deepest, noise):
+    """Much of the adhesive way is over the flat."""
+    curve = sticky(HalfSpace(modulus, poisson), tip, work, deepest, noise=noise, range_of_action=within)
+    begun = HalfSpace(1.5 * modulus, poisson), tip, ["base.young", WORK]
+    result = fit(curve, *begun, work_of_adhesion=2 * work, range_of_action=within)
+    for name, truth in (("base.young", modulus), (WORK, work)):
         assert abs(result[name] - truth) < 3 * result.estimates[name].stderr
-    assert not any("flat" in note or "correlated" in note for note in result.notes)
+    assert not any("flat" in note or "correlated" in note or "held" in note for note in result.notes)
+
+
+def test_trials_begin_from_different_ratios():
+    """The valley of modulus and work of adhesion has more than one end, and neighbours of the best trial lead to the same."""
+    curve = sticky(GEL, Paraboloid(3e-6), W, 2e-7, noise=0.01)
+    model, settings = AdhesiveModel(Sample(GEL, Paraboloid(3e-6), Physics(W)), (YOUNG, WORK)), Settings()
+    free = {name: Free() for name in (YOUNG, WORK)}
+    objective = setup_of(curve, model, model.bounds(free), settings).objective
+    theta, contacts = model.start(), (0.0, 6e-8)
+    thetas = [theta + np.array([0.0, ratio]) for ratio in (-1.0, 0.0, 1.0)]
+
+    def force(theta, contacts):
+        return np.array([model.force(objective.depth - c, model.externals(theta)) for c in contacts])
+
+    found = tried(objective, thetas, contacts, force, (0, 1))
+    assert sorted(round(x[1] - x[0], 9) for x in found) == sorted(round(t[1] - t[0], 9) for t in thetas)
+    costs = [float(np.sum(objective.evaluate(x)[0] ** 2)) for x in found]
+    assert costs[0] == min(costs)
+
+
+def test_tables_asked_beyond_the_end_of_a_tip_are_empty_there():
+    tip = Truncated(Sphere(1.6e-6), 5e-9)
+    model = AdhesiveModel(Sample(HalfSpace(3e4, 0.2), tip, Physics(6e-5)), ("base.young", WORK))
+    table = model._tables.functions[0]
+    assert np.isnan(table.solve((), np.array([2e-6, 3e-6]))).all()
 
 
 def test_a_range_that_reaches_beyond_the_tip_is_refused_with_its_value():

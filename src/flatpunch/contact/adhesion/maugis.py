@@ -38,6 +38,9 @@ _ANGLE = 0.1
 """Least range of angles of series: rounding leaves 1e-12 of 1 - U_b there, a hundred times as much with a hundredth. On graded
 surfaces, where more is left than rounding, it is the whole."""
 
+_NARROWEST = 1e-6
+"""Pieces as narrow in ln c are not halved: beside a kink the rounding of the distance from it is left."""
+
 
 @dataclass(frozen=True)
 class MaugisBranch:
@@ -136,7 +139,7 @@ class MaugisBranch:
         return replace(
             whole,
             judge=lambda series: max(tail(column) for column in series.T),
-            rough=lambda piece: piece.error > tolerance(self.kernel),
+            rough=lambda piece: piece.error > tolerance(self.kernel) and piece.high - piece.low > _NARROWEST,
             noise=100 * tolerance(self.kernel),
             together=False,
         )

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from flatpunch._support.checks import Array
+from flatpunch._support.checks import ROUNDING, Array
 from flatpunch.fits.adhesion.tables import BranchTables, flat_end
 from flatpunch.fits.elastic.table import STEP, Piecewise
 from flatpunch.numerics.chebyshev import NODES, derivative, polynomials
@@ -103,8 +103,11 @@ class StableBranch:
         lowest = min(top - 6 * np.log(10), self.edge - 3 * np.log(10) if self._apart else np.inf)
         x = np.append(np.arange(lowest, top - STEP / 2, STEP), top)
         if self._flat is not None:
-            # the depth rises like s from the border of the flat, which rounding hides beside it
-            over = np.arange(self.edge - 2, self.edge, STEP)
+            # the depth rises like s from the border of the flat, which rounding hides beside it; and the first panel is empty
+            # where the surfaces touch as soon as adhesion acts beyond the border
+            value, *others = np.abs(self._flat[0, 0, 0])
+            empty = max(others) <= ROUNDING * value
+            over = np.arange(self.edge - (1 if empty else 2), self.edge, STEP)
             x = np.append(over, x[x > self.edge - np.log(_BORDER) / 2])
         _, rising = self._depths(x)
         below = np.flatnonzero(rising <= 0)
@@ -124,7 +127,10 @@ class StableBranch:
         if np.isfinite(softest):
             start = self._stiffer(start, softest)
         grid = start + (self.top - start) * np.linspace(0, 1, _GRID) ** 2
-        self._grid = (grid, self._depths(grid)[0])
+        if start < self.edge < self.top:
+            # no cell on both sides of it; next to it the depth of tables may fall by their error
+            grid[np.argmin(np.abs(grid - self.edge))] = self.edge
+        self._grid = (grid, np.maximum.accumulate(self._depths(grid)[0]))
         return self
 
     def _find_edge(self, q: tuple[float, ...]) -> None:

@@ -275,8 +275,8 @@ def _start(objective: Objective, lower: Array, upper: Array, between: tuple[floa
     thetas = np.repeat(theta[None], RATIOS if works or moduli else 1, axis=0)
     thetas[:, works or moduli] += np.log(10) * np.linspace(-1, 1, len(thetas))[:, None]
     found = tried(coarse, thetas, between, force, [*moduli, *works] if works and moduli else ())
-    # the best few, of different ratios where there are some: the valley has more than one end
-    starts = [np.clip(x, lower, upper) for x in found[:: max(len(found) // 40, 1)][:3]]
+    # three ratios: the valley has more than one end
+    starts = (np.clip(x, lower, upper) for x in found[:3])
     return min((minimise(coarse.evaluate, x, lower, upper, settled=ROUGH) for x in starts), key=lambda end: end.cost).x
 
 

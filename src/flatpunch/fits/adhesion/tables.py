@@ -192,7 +192,8 @@ class BranchTables:
             # beside the border of a flat end rounding hides the distance from it
             inside = (radius < largest_radius(branch.kernel, indenter.reach)) & (radius * (1 - ROUNDING) > end)
             found = np.full((FUNCTIONS, radius.size), np.nan)
-            found[:, inside] = _parts(branch, radius[inside])
+            if inside.any():
+                found[:, inside] = _parts(branch, radius[inside])
             self._solved[key] = found
         return self._solved[key]
 

@@ -35,7 +35,7 @@ def tried(
     force: Callable[[Array, Array], Array],
     scaled: Sequence[int],
 ) -> list[Array]:
-    """Trials, the best first: all of `thetas` with contact points between two, if these are free.
+    """The best trial of each of `thetas`, the best first, with contact points between two, if these are free.
 
     At each trial the force of the contact counts by a factor, and the background is fitted: both are linear.
 
@@ -63,6 +63,7 @@ def tried(
     data = (objective.force - known) / span
     root, found = np.sqrt(1.0 if objective.counts is None else objective.counts), []
     for theta in thetas:
+        trials = []
         for contact, row in zip(contacts, force(theta, contacts) / span, strict=True):
             wanted = root * (data if scaled else data - row)
             rows = root * np.reshape([*columns, *([row] if scaled else [])], (-1, data.size))
@@ -73,7 +74,8 @@ def tried(
                 x[list(scaled)] += np.log(max(best[-1], TINY))
             values = dict(zip(linear, best, strict=False)) | {"contact": (contact - origin) / width}
             x[theta.size :] = [values[name] for name in objective.nuisance]
-            found.append((float(left @ left) if not scaled or best[-1] > 0 else np.inf, x))
+            trials.append((float(left @ left) if not scaled or best[-1] > 0 else np.inf, x))
+        found.append(min(trials, key=itemgetter(0)))
     return [x for _, x in sorted(found, key=itemgetter(0))]
 
 
