@@ -9,6 +9,7 @@ from flatpunch.contact.default import EXACT, method_of
 from flatpunch.files import describe_sample
 from flatpunch.files.descriptions import takes
 from flatpunch.fits.adhesion.model import AdhesiveModel, adhesive_method
+from flatpunch.fits.adhesion.tables import BranchFamily, flat_end
 from flatpunch.fits.case import DRIFTING, FitCase, plan_of
 from flatpunch.fits.elastic.model import method_for
 from flatpunch.fits.elastic.table import KNOTS
@@ -69,11 +70,9 @@ def seconds_of(case: FitCase) -> float:
         return 1.0
     free = [name for name in case.free if name not in NUISANCE]
     if case.sample.adhesive:
-        # with a range of action contacts are searched over c
-        table = 0.3 if case.sample.physics.within is None else 2.0
         # curves of one family share its tables
         families = {AdhesiveModel(sample, tuple(free)).family for sample in case.samples}
-        return table * sum(float(KNOTS) ** len(family.coordinates) for family in families)
+        return sum(_adhesive_table(family) * float(KNOTS) ** len(family.coordinates) for family in families)
     if case.correct and not free:
         free = [DRIFTING]
     shapes = len(scaling(case.medium, case.indenter, free).coordinates)
@@ -82,6 +81,13 @@ def seconds_of(case: FitCase) -> float:
     # a table over five decades of depth, in orders of magnitude; 130 contacts by boundary elements
     table = 60.0 if name == "bem" else 0.3 if case.indenter.round else 15.0 if name == "refined" else 3.0
     return table * float(KNOTS) ** shapes
+
+
+def _adhesive_table(family: BranchFamily) -> float:
+    """Time of a table [s]: with a range of action contacts are searched over c, those over a flat end at each step of the fit."""
+    if not family.by_range:
+        return 0.3
+    return 6.0 if flat_end(family.indenter) else 2.0
 
 
 def _reported(case: FitCase) -> str:
