@@ -390,6 +390,13 @@ def test_a_pinned_contact_line_is_left_out(medium, tip, name, young, work):
 
 
 @pytest.mark.long
+def test_a_curve_that_the_fit_misses_is_not_simply_called_pinned():
+    curve = sticky(STIFF, Paraboloid(3e-6), W, 1e-7, noise=0.005, range_of_action=3e-8)
+    with pytest.raises(CurveError, match=r"nearly all the way, or the fit has missed the curve: give other starts"):
+        fit(curve, STIFF, Paraboloid(3e-6), ["base.young", WORK], work_of_adhesion=W, range_of_action=30.0)
+
+
+@pytest.mark.long
 def test_hysteresis_shows_a_pinned_contact_line_under_noise():
     """A film at 2 % noise: the retract alone shows the line to 3.5 standard deviations, the modulus would be 28 % too high."""
     result = fit(
