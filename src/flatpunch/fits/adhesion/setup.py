@@ -174,8 +174,8 @@ class _Start:
                 f"{self.part.name}: nearly all of the contact is on the verge of snapping off: the cantilever "
                 f"({spring:.3g} N/m) is too soft for this adhesion. Take a stiffer one."
                 if giving.size
-                else f"{self.part.name}: fewer than {FEWEST} points are left of the retract once the contact opens. {_PINNED} nearly "
-                "all the way, or the fit has missed the curve: give other starts, or a range_of_action or strength that suits it."
+                else f"{self.part.name}: fewer than {FEWEST} points are left of the retract once the contact opens. {_PINNED} "
+                "nearly all the way, or the fit has missed the curve: give other starts, or a range of action that suits it."
             )
         if giving.size:
             notes = (

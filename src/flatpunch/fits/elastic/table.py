@@ -302,8 +302,8 @@ class Table:
         wanted = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if i not in nodes]
         if wanted:
             phi = self.solve(q, np.exp(STEP * np.array(wanted)))
-            # without sign where the theory has no answer: such nodes are left out below
-            with np.errstate(invalid="ignore"):
+            # without sign where the theory has no answer, zero where rounding hides it: such nodes are left out below
+            with np.errstate(invalid="ignore", divide="ignore"):
                 nodes.update(zip(wanted, np.log(phi).tolist(), strict=True))
         grid = [i for i in range(low - _MARGIN, high + _MARGIN + 1) if np.isfinite(nodes[i])]
         spline = make_interp_spline(np.array(grid, dtype=float), [nodes[i] for i in grid], k=DEGREE)
