@@ -87,7 +87,7 @@ def _adhesive_table(family: BranchFamily) -> float:
     """Time of a table [s]: with a range of action contacts are searched over c, those over a flat end at each step of the fit."""
     if not family.by_range:
         return 0.3
-    return 6.0 if flat_end(family.indenter) else 2.0
+    return 10.0 if flat_end(family.indenter) else 2.0
 
 
 def _reported(case: FitCase) -> str:
